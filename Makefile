@@ -1,0 +1,73 @@
+# run · test · check · bench · soak · controllers · lock — each does its own set-up.
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DELETE_ON_ERROR:
+.PHONY: run setup test check bench soak controllers lock clean
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+DATA ?= $(or $(JOYMAP_DATA_DIR),data)
+PANDA := $(or $(JOYMAP_PANDA_DIR),$(DATA)/panda)
+PIP := $(BIN)/pip --disable-pip-version-check
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+# Two cores are shared by the control loop and the trainings: one thread for each library.
+export OMP_NUM_THREADS := 1
+export OPENBLAS_NUM_THREADS := 1
+export MKL_NUM_THREADS := 1
+
+run: setup
+	exec $(BIN)/joymap serve
+
+setup: $(VENV)/.run $(PANDA)/manifest.json
+
+$(VENV)/bin/python:
+	@echo "── Joymap: making the virtual environment in $(VENV)"
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+	  || { echo "Joymap needs Python 3.11 or newer (PYTHON=…)." >&2; exit 1; }
+	@$(PYTHON) -m venv $(VENV) \
+	  || { echo "The venv module is missing; on Debian: apt install python3-venv." >&2; exit 1; }
+
+$(VENV)/.run: requirements/run.lock pyproject.toml | $(VENV)/bin/python
+	@echo "── Joymap: installing what it needs (about 1 GB, once; a few minutes)"
+	$(PIP) install --progress-bar on -r requirements/run.lock | grep -v "already satisfied" || true
+	$(PIP) install --quiet --no-deps -e .
+	@touch $@
+
+$(VENV)/.test: requirements/test.lock $(VENV)/.run
+	@echo "── Joymap: installing what the tests need"
+	$(PIP) install --progress-bar on -r requirements/test.lock | grep -v "already satisfied" || true
+	@touch $@
+
+$(PANDA)/manifest.json: requirements/panda.lock models/panda_pack.py | $(VENV)/.run
+	@echo "── Joymap: fetching the arm's meshes (131 MB, once)"
+	@fetched=$$(mktemp -d) && trap 'rm -rf "$$fetched"' EXIT \
+	  && $(PIP) download --progress-bar on --no-deps --require-hashes \
+	       -r requirements/panda.lock -d "$$fetched" \
+	  && $(BIN)/python -m models.panda_pack --wheel "$$fetched"/example_robot_data-*.whl --out $(PANDA)
+
+test: check
+	@$(BIN)/python -m tests.browser.find_browser
+	$(BIN)/python -m pytest
+
+check: $(VENV)/.test $(PANDA)/manifest.json
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: $(VENV)/.test $(PANDA)/manifest.json
+	$(BIN)/python -m tests.benchmarks
+
+soak: $(VENV)/.test $(PANDA)/manifest.json
+	$(BIN)/python -m pytest tests/soak -o addopts= -p no:cacheprovider -q
+
+controllers: setup
+	$(BIN)/python -m models.make_controllers
+
+# Writes the lock files anew from pyproject.toml, in an environment of their own.
+lock:
+	$(PYTHON) requirements/lock.py
+
+clean:
+	rm -rf $(VENV) *.egg-info .mypy_cache .ruff_cache .pytest_cache .import_linter_cache

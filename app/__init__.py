@@ -1,0 +1,1 @@
+"""The service: FastAPI, the live arm, the trainings, the data."""

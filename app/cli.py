@@ -1,0 +1,87 @@
+"""``joymap``: the commands."""
+
+import argparse
+import logging
+import os
+import socket
+import sys
+
+from pydantic import ValidationError
+
+from app.settings import Settings
+from models.errors import ModelsError
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run a command; returns its exit code."""
+    parser = argparse.ArgumentParser(
+        prog="joymap", description="Learn how each person wants to steer a robot arm."
+    )
+    commands = parser.add_subparsers(dest="command", required=True)
+    serve = commands.add_parser("serve", help="start the server and print its links")
+    serve.add_argument("--host", help="address to listen on (JOYMAP_HOST)")
+    serve.add_argument("--port", type=int, help="port to listen on (JOYMAP_PORT)")
+    commands.add_parser("migrate", help="bring the database to the newest schema")
+    chosen = parser.parse_args(arguments)
+    options = {
+        name: value
+        for name in ("host", "port")
+        if (value := getattr(chosen, name, None)) is not None
+    }
+    try:
+        settings = Settings(**options)
+    except ValidationError as error:
+        first = error.errors()[0]
+        print(f"JOYMAP_{'_'.join(map(str, first['loc'])).upper()}: {first['msg']}", file=sys.stderr)
+        return 2
+    return {"serve": _serve, "migrate": _migrate}[chosen.command](settings)
+
+
+def _migrate(settings: Settings) -> int:
+    from app.storage.database import migrate
+
+    migrate(settings.database_path)
+    return 0
+
+
+def _serve(settings: Settings) -> int:
+    # One thread for every numeric library, before any of them is loaded: two cores are shared
+    # by the control loop and the trainings.
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+    logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
+    logging.getLogger("alembic").setLevel(logging.WARNING)
+
+    from app.main import create_app
+    from app.server import Server, print_links
+    from app.storage.database import DatabaseInUse, migrate
+
+    try:
+        listener = _listen(settings)
+    except OSError as error:
+        print(
+            f"Cannot listen on {settings.host}:{settings.port} ({error.strerror}); "
+            "choose another with --port or JOYMAP_PORT.",
+            file=sys.stderr,
+        )
+        return 1
+    settings = settings.model_copy(update={"port": listener.getsockname()[1]})
+    try:
+        migrate(settings.database_path)
+        server = Server(create_app(settings), settings, on_ready=print_links)
+        server.run(sockets=[listener])
+    except (DatabaseInUse, ModelsError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0 if server.started else 1
+
+
+def _listen(settings: Settings) -> socket.socket:
+    listener = socket.socket(socket.AF_INET6 if ":" in settings.host else socket.AF_INET)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    listener.bind((settings.host, settings.port))
+    return listener
+
+
+if __name__ == "__main__":
+    sys.exit(main())

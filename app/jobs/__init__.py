@@ -1,0 +1,1 @@
+"""Trainings: a queue in the database and the processes that serve it."""

@@ -1,0 +1,125 @@
+"""Keeps the trainings going: claims queued jobs, hands them to worker processes, keeps the outcome.
+
+The database is the truth and this server its only writer; a worker gets a frozen order and writes
+files. So a killed worker costs one attempt, a killed server none of the answers, and a job ends
+once: an outcome counts only while its attempt is the one that runs.
+"""
+
+import asyncio
+import contextlib
+import json
+import logging
+import multiprocessing
+from pathlib import Path
+
+from pebble import ProcessExpired, ProcessPool
+
+from app.jobs import worker
+from app.services import training
+from app.services.training import TrainingOrder, TrainingOutcome
+from app.settings import Settings
+from app.storage import jobs
+from app.storage.database import Database
+
+_LOG = logging.getLogger(__name__)
+_POLL_S = 0.05
+_TIME_LIMIT_S = 120.0
+
+
+class Supervisor:
+    """Runs on the event loop; everything slow happens in threads and processes."""
+
+    def __init__(self, database: Database, settings: Settings) -> None:
+        """Prepare; ``run`` begins."""
+        self._database = database
+        self._settings = settings
+        self._folder = settings.data_dir / "alignments"
+        self._wanted = asyncio.Event()
+        self._pool = ProcessPool(
+            max_workers=settings.training_workers,
+            context=multiprocessing.get_context("spawn"),
+            initializer=worker.prepare,
+            initargs=(str(settings.pack_dir), settings.task),
+        )
+
+    def wake(self) -> None:
+        """There may be a new job. Call it on the event loop, after the commit."""
+        self._wanted.set()
+
+    def recover(self) -> None:
+        """Before the server opens: queue again what a dead one left running, sweep its files."""
+        self._folder.mkdir(parents=True, exist_ok=True)
+        with self._database.write() as db:
+            training.recover(db)
+            kept = jobs.alignment_files(db)
+        for path in self._folder.iterdir():
+            if path.stem not in kept:
+                path.unlink()
+
+    async def run(self) -> None:
+        """Serve the queue until cancelled."""
+        # A first, empty task starts the workers, so that nobody waits for their imports.
+        for _ in range(self._settings.training_workers):
+            self._pool.schedule(worker.stand_by)
+        free = asyncio.Semaphore(self._settings.training_workers)
+        try:
+            async with asyncio.TaskGroup() as tasks:
+                while True:
+                    await free.acquire()
+                    order = await asyncio.to_thread(self._claim)
+                    if order is None:
+                        free.release()
+                        await self._wanted.wait()
+                        self._wanted.clear()
+                    else:
+                        tasks.create_task(self._carry_out(order, free))
+        finally:
+            await asyncio.to_thread(self._close)
+
+    def _close(self) -> None:
+        self._pool.stop()  # type: ignore[no-untyped-call]
+        self._pool.join()
+
+    def _claim(self) -> TrainingOrder | None:
+        with self._database.write() as db:
+            return training.claim(db, self._settings, self._folder)
+
+    async def _carry_out(self, order: TrainingOrder, free: asyncio.Semaphore) -> None:
+        future = self._pool.schedule(worker.train, args=(order,), timeout=_TIME_LIMIT_S)
+        done = asyncio.wrap_future(future)
+        progress = order.folder / f"{order.name}.progress"
+        seen = 0.0
+        try:
+            while not done.done():
+                await asyncio.wait({done}, timeout=_POLL_S)
+                seen = await asyncio.to_thread(self._note_progress, order, progress, seen)
+            outcome: TrainingOutcome = done.result()
+        except (ProcessExpired, TimeoutError, Exception) as error:
+            # Whatever a worker died of, the answers are safe and the attempt is over.
+            _LOG.warning("training %s came to nothing: %r", order.name, error)
+            await asyncio.to_thread(self._give_up, order)
+        else:
+            await asyncio.to_thread(self._finish, order, outcome)
+        finally:
+            progress.unlink(missing_ok=True)
+            free.release()
+            self.wake()  # a failed attempt is queued again
+
+    def _note_progress(self, order: TrainingOrder, path: Path, seen: float) -> float:
+        with contextlib.suppress(FileNotFoundError):
+            progress = json.loads(path.read_text())
+            if progress["fraction"] > seen:
+                with self._database.write() as db:
+                    training.note_progress(
+                        db, order.job_id, order.attempt, progress["fraction"], progress["report"]
+                    )
+                return float(progress["fraction"])
+        return seen
+
+    def _finish(self, order: TrainingOrder, outcome: TrainingOutcome) -> None:
+        with self._database.write() as db:
+            training.finish(db, order.job_id, order.attempt, outcome)
+
+    def _give_up(self, order: TrainingOrder) -> None:
+        with self._database.write() as db:
+            training.give_up_attempt(db, order.job_id, order.attempt)

@@ -1,0 +1,116 @@
+"""Builds the app: what lives as long as the server, the doors, and what every answer carries."""
+
+import asyncio
+import contextlib
+import logging
+import uuid
+from collections.abc import AsyncGenerator
+from contextlib import asynccontextmanager
+
+import torch
+from fastapi import FastAPI, Request, Response
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from fastapi.staticfiles import StaticFiles
+from starlette.exceptions import HTTPException
+
+from app.doors import BodyLimit, SecurityHeaders
+from app.errors import JoymapError
+from app.jobs.supervisor import Supervisor
+from app.routers import ROUTERS, pages
+from app.routers.dependencies import Service
+from app.services import drives
+from app.settings import STATIC_DIR, Settings
+from app.storage.database import Database
+from app.teleop.live_sessions import LiveSessions
+from models.checkpoints import load_controller
+from models.kinematics import Kinematics
+from models.panda_pack import open_pack
+
+_LOG = logging.getLogger(__name__)
+
+
+def create_app(settings: Settings) -> FastAPI:
+    """The service on an already migrated database."""
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncGenerator[None]:
+        torch.set_num_threads(1)  # the control loop needs the other core
+        database = Database(settings.database_path)
+        pack = open_pack(settings.pack_dir)
+        controllers = {settings.task: load_controller(settings.task)}
+        supervisor = Supervisor(database, settings)
+        service = Service(
+            settings=settings,
+            database=database,
+            live=LiveSessions(settings, database, pack, controllers),
+            supervisor=supervisor,
+            controllers=controllers,
+            kinematics=Kinematics.from_urdf(pack.urdf),
+            boot=str(uuid.uuid4()),
+        )
+        app.state.service = service
+        supervisor.recover()
+        with database.write() as db:
+            drives.end_all(db, "server stopped")
+        running = [
+            asyncio.create_task(service.live.run(), name="live sessions"),
+            asyncio.create_task(supervisor.run(), name="training"),
+        ]
+        for task in running:
+            task.add_done_callback(_report)
+        yield
+        for task in running:
+            task.cancel()
+        await asyncio.gather(*running, return_exceptions=True)
+        database.close()
+
+    app = FastAPI(title="Joymap", lifespan=lifespan, docs_url=None, redoc_url=None)
+    for router in ROUTERS:
+        app.include_router(router)
+    app.mount("/static", StaticFiles(directory=STATIC_DIR))
+    app.add_middleware(BodyLimit, limit_bytes=settings.max_body_bytes)
+    app.add_middleware(SecurityHeaders)
+    app.add_exception_handler(JoymapError, _refused)
+    app.add_exception_handler(RequestValidationError, _not_understood)
+    app.add_exception_handler(HTTPException, _http_error)
+    return app
+
+
+def _report(task: asyncio.Task[None]) -> None:
+    with contextlib.suppress(asyncio.CancelledError):
+        error = task.exception()
+        if error is not None:
+            _LOG.critical("%s stopped; restart the server", task.get_name(), exc_info=error)
+
+
+def _refused(request: Request, error: Exception) -> Response:
+    assert isinstance(error, JoymapError)
+    return pages.refusal(request, error) or _sentence(error.status_code, error.kind, error.sentence)
+
+
+def _not_understood(_request: Request, error: Exception) -> Response:
+    """One sentence on what was wrong with the request; what was sent is not repeated."""
+    assert isinstance(error, RequestValidationError)
+    first = error.errors()[0]
+    place = [str(part) for part in first["loc"] if part != "body"]
+    if "h" in place:
+        sentence = "The stick must be two numbers between -1 and 1."
+    elif first["type"] == "json_invalid":
+        sentence = "The request is not valid JSON."
+    else:
+        sentence = f"{'.'.join(place) or 'The request'}: {first['msg']}."
+    return _sentence(422, "not-understood", sentence)
+
+
+def _http_error(request: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    refusal = JoymapError("There is nothing at this address.")
+    if error.status_code != 404:
+        refusal = JoymapError(f"{error.detail}.")
+    refusal.status_code = error.status_code
+    return pages.refusal(request, refusal) or _sentence(error.status_code, "http", refusal.sentence)
+
+
+def _sentence(status_code: int, kind: str, sentence: str) -> JSONResponse:
+    return JSONResponse({"error": {"kind": kind, "sentence": sentence}}, status_code)

@@ -1,0 +1,126 @@
+"""The live side of a participant's page: the 3-D scene, and the websocket of the stick."""
+
+import asyncio
+import json
+import time
+from typing import Annotated, NoReturn
+
+from fastapi import APIRouter, Depends, Query, WebSocket, WebSocketDisconnect
+from fastapi.responses import HTMLResponse
+from pydantic import ValidationError
+
+from app.errors import JoymapError
+from app.routers.dependencies import CurrentParticipant, Here, Service, same_origin
+from app.scene.page import CONTENT_SECURITY_POLICY, scene_page
+from app.scene.server import SUBPROTOCOL
+from app.schemas.messages import (
+    PAGE_MESSAGE,
+    HoldIn,
+    HomeIn,
+    SentenceOut,
+    ShowIn,
+    StickIn,
+    TakeIn,
+)
+from app.teleop.live_session import LiveSession
+
+router = APIRouter(prefix="/p/{token}", dependencies=[Depends(same_origin)])
+
+_STATUS_S = 1.0 / 15.0
+_STATUS_AT_LEAST_S = 1.0
+
+
+@router.get("/scene/")
+def read_scene_page(participant: CurrentParticipant) -> HTMLResponse:
+    """The page of the picture, for the iframe."""
+    del participant  # asking for it is the check
+    return HTMLResponse(
+        scene_page(),
+        headers={
+            "Content-Security-Policy": CONTENT_SECURITY_POLICY,
+            "X-Frame-Options": "SAMEORIGIN",
+        },
+    )
+
+
+@router.websocket("/scene")
+async def look(socket: WebSocket, participant: CurrentParticipant, here: Here) -> None:
+    """The picture's own connection."""
+    if SUBPROTOCOL not in socket.scope["subprotocols"]:
+        await socket.close(1002, "This page is of another version; please reload it.")
+        return
+    session = await here.live.session(participant)
+    await socket.accept(SUBPROTOCOL)
+    await session.scene.serve(socket)
+
+
+@router.websocket("/live")
+async def steer(
+    socket: WebSocket,
+    participant: CurrentParticipant,
+    here: Here,
+    tab: Annotated[str, Query(min_length=1, max_length=64)],
+) -> None:
+    """The stick's connection; the newest page holds the stick."""
+    session = await here.live.session(participant)
+    await socket.accept()
+    session.pages += 1
+    session.take_stick(tab)
+    telling = asyncio.create_task(_tell(socket, session, tab))
+    try:
+        while True:
+            sentence = await _follow(await socket.receive_text(), here, session, tab)
+            if sentence is not None:
+                await socket.send_text(SentenceOut(sentence=sentence).model_dump_json())
+    except WebSocketDisconnect:
+        pass
+    finally:
+        session.pages -= 1
+        session.leave(tab)
+        telling.cancel()
+
+
+async def _follow(text: str, here: Service, session: LiveSession, tab: str) -> str | None:
+    """Do what a page says; a sentence if that cannot be done."""
+    try:
+        message = PAGE_MESSAGE.validate_python(json.loads(text, parse_constant=_refuse))
+        match message:
+            case StickIn() if not session.is_driven:
+                return "The arm is not being driven: that comes after the training."
+            case StickIn():
+                session.move_stick(tab, message.x, message.y, time.monotonic())
+            case ShowIn():
+                await here.live.show(session, message.query_id)
+            case TakeIn():
+                session.take_stick(tab)
+            case HoldIn():
+                if session.has_stick(tab):
+                    session.let_go()
+            case HomeIn():
+                if session.has_stick(tab):
+                    session.go_home()
+    except ValidationError as error:
+        if any("stick" in item["loc"] for item in error.errors(include_url=False)):
+            return "The stick must be two numbers between -1 and 1."
+        return "This message was not understood."
+    except ValueError:
+        return "This message was not understood."
+    except JoymapError as error:
+        return error.sentence
+    return None
+
+
+def _refuse(constant: str) -> NoReturn:
+    raise ValueError(f"{constant} is not a number a stick can give")
+
+
+async def _tell(socket: WebSocket, session: LiveSession, tab: str) -> None:
+    """Tell a page what the arm is doing, when that changes and at least once a second."""
+    told, told_s = "", 0.0
+    while True:
+        now = time.monotonic()
+        status = session.status(tab, now).model_dump_json()
+        if status != told or now - told_s > _STATUS_AT_LEAST_S:
+            await socket.send_text(status)
+            told, told_s = status, now
+        await asyncio.sleep(_STATUS_S)

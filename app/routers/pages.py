@@ -1,0 +1,100 @@
+"""The pages themselves. What they show comes later, over the API."""
+
+import html
+from functools import cache
+
+from fastapi import APIRouter, Depends, Request, Response
+from fastapi.responses import HTMLResponse, RedirectResponse
+
+from app.errors import JoymapError
+from app.routers.dependencies import (
+    LOGIN_COOKIE,
+    CurrentParticipant,
+    ExperimenterOnly,
+    Here,
+    same_origin,
+)
+from app.services import accounts
+from app.settings import STATIC_DIR
+
+router = APIRouter()
+
+_LOGIN_LASTS_S = 14 * 24 * 3600
+
+
+@cache
+def _page(name: str) -> str:
+    return (STATIC_DIR / name).read_text(encoding="utf-8")
+
+
+def message_page(title: str, sentence: str, status_code: int) -> HTMLResponse:
+    """A page that says one thing."""
+    text = (
+        _page("message.html")
+        .replace("{{title}}", html.escape(title))
+        .replace("{{sentence}}", html.escape(sentence))
+    )
+    return HTMLResponse(text, status_code=status_code)
+
+
+@router.get("/")
+def read_root() -> HTMLResponse:
+    """Someone without a link."""
+    return message_page(
+        "Joymap",
+        "To take part, open the link you were given. "
+        "To run a study, open the experimenter link that the server printed when it started.",
+        200,
+    )
+
+
+@router.get("/health")
+def read_health(here: Here) -> dict[str, str]:
+    """For whoever watches the server: it answers and its database can be read."""
+    here.database.ping()
+    return {"status": "ok"}
+
+
+@router.get("/p/{token}")
+def read_participant_page(participant: CurrentParticipant) -> HTMLResponse:
+    """A participant's page; the steps are chosen by the server, over the API."""
+    del participant  # asking for it is the check
+    return HTMLResponse(_page("participant.html"))
+
+
+@router.get("/setup/{token}")
+def read_setup_page(token: str, here: Here) -> HTMLResponse:
+    """The experimenter link: looking at it uses nothing up."""
+    with here.database.read() as db:
+        accounts.check_setup_link(db, token)
+    return HTMLResponse(_page("setup.html"))
+
+
+@router.post("/setup/{token}", dependencies=[Depends(same_origin)])
+def use_setup_link(token: str, here: Here, request: Request) -> Response:
+    """The button on it logs this browser in, once."""
+    with here.database.write() as db:
+        login = accounts.log_in(db, token)
+    response = RedirectResponse("/dashboard", status_code=303)
+    response.set_cookie(
+        LOGIN_COOKIE,
+        login,
+        max_age=_LOGIN_LASTS_S,
+        httponly=True,
+        samesite="lax",
+        secure=request.url.scheme == "https",
+    )
+    return response
+
+
+@router.get("/dashboard", dependencies=[ExperimenterOnly])
+def read_dashboard() -> HTMLResponse:
+    """The experimenter's page."""
+    return HTMLResponse(_page("dashboard.html"))
+
+
+def refusal(request: Request, error: JoymapError) -> Response | None:
+    """A page for a refused page; None where a program asked."""
+    if request.method != "GET" or "text/html" not in request.headers.get("accept", ""):
+        return None
+    return message_page("Sorry", error.sentence, error.status_code)

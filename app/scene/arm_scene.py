@@ -1,0 +1,124 @@
+"""What a participant sees: the arm on its table, where it may go, and the move of a question."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from models.arrays import JointPositions
+from models.panda_pack import PandaPack
+
+from .robot_view import GHOST_COLOUR, GhostView, RobotView
+from .server import SceneServer, SceneSocket
+
+_TABLE_COLOUR = (78, 92, 108)
+_REACH_COLOUR = (190, 208, 222)
+_HAND_COLOUR = (255, 140, 40)
+_SKY = np.linspace((232, 237, 242), (196, 206, 216), 64)  # from top to bottom
+_LIGHT = 0.45  # of viser's environment light: a white arm must not burn out
+# Behind the base and above it, looking where the robot looks: the person's forward is the arm's.
+# High and a little aside, so that the elbow does not hide the hand.
+_CAMERA_POSITION = (-0.45, -0.22, 1.64)
+_CAMERA_LOOK_AT = (0.36, 0.0, 0.12)
+_CAMERA_FOV_RAD = 0.72
+_TRAIL_THICKNESS_M = 0.008
+
+
+class ArmScene:
+    """One participant's picture. Make it on the event loop."""
+
+    def __init__(self, pack: PandaPack, reach: np.ndarray, height_m: float) -> None:
+        """Set up table, arm and ghost.
+
+        Args:
+            pack: The arm's asset pack.
+            reach: Corners ``(n, 2)`` of the area the hand may move over, in [m].
+            height_m: The height the hand moves at, in [m].
+        """
+        self._server = SceneServer()
+        scene = self._server.viser.scene
+        self._server.viser.initial_camera.position = _CAMERA_POSITION
+        self._server.viser.initial_camera.look_at = _CAMERA_LOOK_AT
+        self._server.viser.initial_camera.fov = _CAMERA_FOV_RAD
+        scene.set_background_image(np.repeat(_SKY[:, None], 8, axis=1).astype(np.uint8))
+        scene.configure_environment_map(environment_intensity=_LIGHT)
+        scene.add_box(
+            "/table",
+            dimensions=(1.2, 1.5, 0.04),
+            color=_TABLE_COLOUR,
+            position=(0.35, 0.0, -0.02),
+        )
+        corners = np.column_stack([reach, np.full(len(reach), 0.002)])
+        scene.add_line_segments(
+            "/reach",
+            points=np.stack([corners, np.roll(corners, -1, axis=0)], axis=1).astype(np.float32),
+            colors=_REACH_COLOUR,
+            thickness=0.004,
+        )
+        self._height_m = height_m
+        self._arm = RobotView(scene, pack)
+        self._ghost = GhostView(scene, pack)
+        # A plumb line under the hand tells where over the table it is.
+        self._plumb = scene.add_cylinder(
+            "/plumb", radius=0.0025, height=height_m, color=_HAND_COLOUR, cast_shadow=False
+        )
+        self._hand = scene.add_icosphere(
+            "/hand", radius=0.014, color=_HAND_COLOUR, cast_shadow=False
+        )
+        self._foot = scene.add_cylinder(
+            "/foot", radius=0.022, height=0.003, color=_HAND_COLOUR, cast_shadow=False
+        )
+
+    @property
+    def viewers(self) -> int:
+        """How many pages look at the scene now."""
+        return self._server.viewers
+
+    async def serve(self, socket: SceneSocket) -> None:
+        """Show the scene to one page until it leaves."""
+        await self._server.serve(socket)
+
+    def show_arm(self, q: JointPositions, hand: Sequence[float] | np.ndarray) -> None:
+        """Put the arm at ``q`` ``(7,)`` in [rad], with a mark under its hand ``(3,)`` in [m]."""
+        with self._server.viser.atomic():
+            self._arm.update(q)
+            x, y, z = (float(value) for value in hand)
+            self._hand.position = (x, y, z)
+            self._plumb.position = (x, y, z - self._height_m / 2)
+            self._foot.position = (x, y, 0.003)
+        self._server.flush()
+
+    def show_move(self, end: JointPositions, hand_path: np.ndarray) -> None:
+        """Show where a move ends, and the way ``(m, 3)`` of the hand in [m]."""
+        scene = self._server.viser.scene
+        with self._server.viser.atomic():
+            self._ghost.show(end)
+            scene.add_spline_catmull_rom(
+                "/move/way",
+                points=hand_path.astype(np.float32),
+                color=GHOST_COLOUR,
+                thickness=_TRAIL_THICKNESS_M,
+                thickness_units="world",
+            )
+            # The same move on the table, where the arm cannot hide it.
+            on_table = hand_path[[0, -1]].astype(np.float32)
+            on_table[:, 2] = 0.006
+            scene.add_arrows(
+                "/move/on_table",
+                points=on_table[None],
+                colors=GHOST_COLOUR,
+                shaft_radius=0.008,
+                head_radius=0.022,
+                head_length=0.035,
+            )
+        self._server.flush()
+
+    def hide_move(self) -> None:
+        """Take the ghost and its way out of the picture."""
+        with self._server.viser.atomic():
+            self._ghost.hide()
+            self._server.viser.scene.remove_by_name("/move")
+        self._server.flush()
+
+    def close(self) -> None:
+        """Let every viewer go."""
+        self._server.close()

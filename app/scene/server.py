@@ -1,0 +1,109 @@
+"""A viser server for each live session, inside this process and behind the app's own door.
+
+viser's own server listens on a port of its own and lets in whoever finds it (no check of origin,
+no token), runs a thread for each server, and lets any page open a public tunnel. Here it gets no
+port and no thread: its messages are made on the app's event loop and travel over a websocket that
+the app has already checked; what the page sends back is read and dropped. This leans on private
+names of viser 1.1.1, which is pinned; docs/decisions/0003 says why.
+"""
+
+import asyncio
+import contextlib
+import io
+from typing import Protocol
+
+import viser
+from viser import infra
+from viser._messages import ReplayDoneMessage
+from viser.infra import _infra
+from viser.infra._async_message_buffer import AsyncMessageBuffer
+
+SUBPROTOCOL = f"viser-v{viser.__version__}"
+
+
+class SceneSocket(Protocol):
+    """The two things asked of a websocket: bytes out, and whatever comes in."""
+
+    async def send_bytes(self, data: bytes) -> None:
+        """Send one binary message."""
+
+    async def receive_bytes(self) -> bytes:
+        """Wait for the next message; raises when the page is gone."""
+
+
+class _PortlessServer(infra.WebsockServer):
+    """viser's message buffer on the running event loop; no port, no thread."""
+
+    def start(self) -> None:
+        self._background_event_loop = asyncio.get_running_loop()
+        self._broadcast_buffer = AsyncMessageBuffer(
+            self._background_event_loop, persistent_messages=True
+        )
+
+    def stop(self) -> None:
+        self._broadcast_buffer.set_done()
+
+
+class _Outlet:
+    """What viser's message producer takes for a websocket."""
+
+    def __init__(self, socket: SceneSocket) -> None:
+        self._socket = socket
+
+    async def send(self, data: bytes) -> None:
+        await self._socket.send_bytes(data)
+
+
+class SceneServer:
+    """One scene that any number of checked websockets may look at. Make it on the event loop."""
+
+    def __init__(self) -> None:
+        """Build viser's server around the portless one."""
+        listening = infra.WebsockServer
+        infra.WebsockServer = _PortlessServer  # type: ignore[misc]
+        try:
+            # viser prints a banner whatever it is told.
+            with contextlib.redirect_stdout(io.StringIO()):
+                self.viser = viser.ViserServer(verbose=False)
+        finally:
+            infra.WebsockServer = listening  # type: ignore[misc]
+        self._next_viewer = 0
+        self.viewers = 0
+
+    async def serve(self, socket: SceneSocket) -> None:
+        """Show the scene to one viewer until it leaves."""
+        viewer = self._next_viewer
+        self._next_viewer += 1
+        self.viewers += 1
+        # Whoever joins late need not hear of nodes that are gone.
+        self.viser._run_garbage_collector()
+        producer = asyncio.create_task(
+            _infra._message_producer(
+                _Outlet(socket),  # type: ignore[arg-type]
+                self.viser._websock_server.get_message_buffer(),
+                viewer,
+                backlog_done_message=ReplayDoneMessage(),
+            )
+        )
+        reader = asyncio.create_task(_drop_everything(socket))
+        try:
+            await asyncio.wait({producer, reader}, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            self.viewers -= 1
+            for task in (producer, reader):
+                task.cancel()
+            await asyncio.gather(producer, reader, return_exceptions=True)
+
+    def flush(self) -> None:
+        """Send what is queued now instead of at viser's next window."""
+        self.viser.flush()
+
+    def close(self) -> None:
+        """Let every viewer go and free what the scene holds."""
+        self.viser.stop()
+
+
+async def _drop_everything(socket: SceneSocket) -> None:
+    # The page may only look: a share request would open a tunnel to the outside.
+    while True:
+        await socket.receive_bytes()

@@ -1,0 +1,74 @@
+"""What a participant's page says and hears over the live websocket."""
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, Field, FiniteFloat, TypeAdapter
+
+from app.schemas.participants import Axis, In
+
+
+class StickIn(In):
+    """Where the stick is now; said 30 times a second while steering."""
+
+    type: Literal["stick"]
+    seq: int = Field(ge=0)
+    x: Axis
+    y: Axis
+    sent_ms: FiniteFloat = 0.0
+
+
+class ShowIn(In):
+    """Play the move of a question."""
+
+    type: Literal["show"]
+    query_id: str = Field(max_length=64)
+
+
+class TakeIn(In):
+    """This tab wants the stick."""
+
+    type: Literal["take"]
+
+
+class HoldIn(In):
+    """Stop now: the page is hidden."""
+
+    type: Literal["hold"]
+
+
+class HomeIn(In):
+    """Bring the arm back to where driving begins."""
+
+    type: Literal["home"]
+
+
+PageMessage = Annotated[StickIn | ShowIn | TakeIn | HoldIn | HomeIn, Field(discriminator="type")]
+PAGE_MESSAGE: TypeAdapter[StickIn | ShowIn | TakeIn | HoldIn | HomeIn] = TypeAdapter(PageMessage)
+
+
+class PlaybackOut(BaseModel):
+    """Which move is being shown, and how far it has come."""
+
+    query_id: str
+    fraction: float
+
+
+class StatusOut(BaseModel):
+    """What the arm is doing, for the words on the page."""
+
+    type: Literal["status"] = "status"
+    mode: Literal["idle", "showing", "driving"]
+    has_stick: bool
+    strategy: str | None
+    drive_id: str | None
+    hold: Literal["released", "silent", "edge", "moving-home"] | None
+    stick: tuple[float, float]
+    hand: tuple[float, float, float]
+    playback: PlaybackOut | None
+
+
+class SentenceOut(BaseModel):
+    """A message that could not be followed, and why."""
+
+    type: Literal["error"] = "error"
+    sentence: str

@@ -1,0 +1,1 @@
+"""What a study means; services think, storage asks, routers commit."""

@@ -1,0 +1,200 @@
+"""The questions of a participant: drawing them, and keeping what was answered.
+
+All moves a person may be asked about are drawn when the questions begin (the paper's Steps 1-5),
+more than are wanted: each "I can't say" brings one more of them to the screen.
+"""
+
+import uuid
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+import numpy as np
+from sqlalchemy.orm import Session
+
+from app.errors import IdReused, UnknownQuery, WrongStep
+from app.schemas.participants import AnswerIn
+from app.services import flow
+from app.storage import participants
+from app.storage.tables import AnswerRow, ParticipantRow, QueryRow
+from models.controller import LatentController
+from models.kinematics import Kinematics
+from models.queries import QueryPool, choose_queries, make_query, sample_pool
+from models.tasks import get_task
+
+# At most this many questions for each label wanted.
+SPARE_FACTOR = 2
+# With fewer labels than this there is nothing to learn from (two directions and a check).
+LABELS_NEEDED = 3
+# A move is shown for a second, ten steps of the controller's 0.1 s.
+SHOWN_STEPS = 10
+# The smallest change of the hand in one step that people can tell the direction of, in [m].
+SMALLEST_MOVE_M = 0.007
+# Streams of a participant's randomness: the same seed, never the same numbers.
+_POOL, _CHOICE = 1, 2
+
+
+@dataclass(frozen=True)
+class Question:
+    """A move put to the person, and the answer that counts so far."""
+
+    query: QueryRow
+    answer: AnswerRow | None
+
+
+def asked(db: Session, participant: ParticipantRow, labels_wanted: int) -> list[Question]:
+    """The questions on the person's screen: as many as leave ``labels_wanted`` they can answer.
+
+    One answered with the stick stays, whatever is changed before it.
+    """
+    answers = participants.latest_answers(db, participant.id)
+    questions: list[Question] = []
+    cannot_say = 0
+    for query in participants.queries_of(db, participant.id):
+        answer = answers.get(query.id)
+        is_label = answer is not None and answer.h_x is not None
+        if len(questions) - cannot_say >= labels_wanted and not is_label:
+            continue
+        questions.append(Question(query, answer))
+        cannot_say += answer is not None and not is_label
+    return questions
+
+
+def labels_of(questions: list[Question]) -> list[tuple[QueryRow, AnswerRow]]:
+    """The questions that got a stick input."""
+    return [
+        (question.query, question.answer)
+        for question in questions
+        if question.answer is not None and question.answer.h_x is not None
+    ]
+
+
+def is_complete(questions: list[Question]) -> bool:
+    """Whether nothing is left to ask and there is enough to learn from."""
+    return (
+        all(question.answer is not None for question in questions)
+        and len(labels_of(questions)) >= LABELS_NEEDED
+    )
+
+
+def notice(questions: list[Question]) -> str | None:
+    """A sentence for someone who answered everything, but too little of it with the stick."""
+    answered = all(question.answer is not None for question in questions)
+    if not questions or not answered or is_complete(questions):
+        return None
+    return (
+        f"The robot needs the stick input for at least {LABELS_NEEDED} moves to learn from; "
+        "please go back to some of them and show what you would try."
+    )
+
+
+def draw(
+    participant: ParticipantRow,
+    controller: LatentController,
+    kinematics: Kinematics,
+    unlabelled: int,
+    labels_wanted: int,
+) -> list[QueryRow]:
+    """Draw the moves a participant may be asked about, in order (the paper's Steps 1-5).
+
+    The same participant always gets the same moves: all chance comes from their seed.
+    """
+    pool = draw_pool(participant.task, participant.seed, controller, kinematics, unlabelled)
+    chosen = choose_queries(
+        pool,
+        SPARE_FACTOR * labels_wanted,
+        np.random.default_rng([participant.seed, _CHOICE]),
+        min_travel_m=SMALLEST_MOVE_M,
+    )
+    rows = []
+    for position, index in enumerate(chosen, start=1):
+        move = make_query(controller, pool.states[index], pool.latents[index], SHOWN_STEPS)
+        rows.append(
+            QueryRow(
+                id=str(uuid.uuid4()),
+                participant_id=participant.id,
+                position=position,
+                pool_index=int(index),
+                controller_hash=controller.content_hash,
+                s=move.s.tolist(),
+                z=move.z.tolist(),
+                next_s=move.next_s.tolist(),
+                path=move.path.tolist(),
+                hand_path=kinematics.hand_pose(move.path).position.tolist(),
+            )
+        )
+    return rows
+
+
+def draw_pool(
+    task: str,
+    seed: int,
+    controller: LatentController,
+    kinematics: Kinematics,
+    unlabelled: int,
+) -> QueryPool:
+    """A participant's unlabelled samples (Steps 1-4): what the priors are enforced on."""
+    return sample_pool(
+        get_task(task), controller, kinematics, unlabelled, np.random.default_rng([seed, _POOL])
+    )
+
+
+def find(db: Session, participant_id: str, query_id: str) -> QueryRow:
+    """A participant's own query.
+
+    Raises:
+        UnknownQuery: If it is not theirs.
+    """
+    query = db.get(QueryRow, query_id)
+    if query is None or query.participant_id != participant_id:
+        raise UnknownQuery
+    return query
+
+
+def record(db: Session, participant: ParticipantRow, answer: AnswerIn, labels_wanted: int) -> bool:
+    """Keep an answer; sending it again changes nothing.
+
+    Returns:
+        Whether it is kept now (not before).
+
+    Raises:
+        IdReused: If the id was used for another answer.
+        UnknownQuery: If the query is not one that this participant was asked.
+        WrongStep: If the questions have not begun, or the training has.
+    """
+    h_x, h_y = answer.h if answer.h is not None else (None, None)
+    before = participants.answer_by_id(db, str(answer.id))
+    if before is not None:
+        same = (before.participant_id, before.query_id, before.h_x, before.h_y) == (
+            participant.id,
+            str(answer.query_id),
+            h_x,
+            h_y,
+        )
+        if not same:
+            raise IdReused
+        return False
+    if participant.step in ("training", "driving"):
+        raise WrongStep("The robot has learned from your answers already; they stay as they are.")
+    flow.require(participant, "queries")
+    find(db, participant.id, str(answer.query_id))
+    on_screen = {q.query.id for q in asked(db, participant, labels_wanted)}
+    if str(answer.query_id) not in on_screen:
+        raise UnknownQuery
+    db.add(
+        AnswerRow(
+            id=str(answer.id),
+            participant_id=participant.id,
+            query_id=str(answer.query_id),
+            h_x=h_x,
+            h_y=h_y,
+            thinking_time_s=answer.thinking_time_s,
+            answered_at=datetime.now(UTC),
+        )
+    )
+    db.flush()
+    return True
+
+
+def as_path(query: QueryRow) -> np.ndarray:
+    """The move as shown: joint positions ``(m, 7)`` in [rad]."""
+    return np.asarray(query.path, dtype=float)

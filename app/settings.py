@@ -1,0 +1,63 @@
+"""Every knob of the service, read once from the environment (``JOYMAP_…``)."""
+
+from pathlib import Path
+
+from pydantic import Field, PositiveFloat, PositiveInt
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+ROOT = Path(__file__).resolve().parents[1]
+STATIC_DIR = ROOT / "static"
+MIGRATIONS_DIR = ROOT / "migrations"
+
+
+class Settings(BaseSettings):
+    """How this server runs. Units are in the names; there are no secrets to set."""
+
+    model_config = SettingsConfigDict(env_prefix="JOYMAP_", extra="forbid")
+
+    host: str = Field("127.0.0.1", description="Address to listen on.")
+    port: int = Field(8000, ge=0, le=65535, description="Port to listen on.")
+    public_url: str | None = Field(
+        None, description="Address people open, where it differs, such as https://lab.example."
+    )
+    data_dir: Path = Field(ROOT / "data", description="Database, weights and the arm's pack.")
+    panda_dir: Path | None = Field(
+        None, description="The arm's asset pack; by default the folder panda in data_dir."
+    )
+    task: str = Field("plane", description="The task participants label and drive.")
+    labels_wanted: PositiveInt = Field(7, description="Labelled moves before training starts.")
+    practice_s: PositiveFloat = Field(60.0, description="Time offered to practise, in seconds.")
+    teleop_rate_hz: PositiveFloat = Field(60.0, description="Ticks of the control loop a second.")
+    silence_s: PositiveFloat = Field(
+        0.25, description="A stick not heard of for this long lets the arm hold, in seconds."
+    )
+    record_chunk_s: PositiveFloat = Field(
+        0.5, description="Samples of a drive are stored at least this often, in seconds."
+    )
+    session_idle_s: PositiveFloat = Field(
+        60.0, description="A scene nobody looks at is closed after this long, in seconds."
+    )
+    training_workers: PositiveInt = Field(1, description="Processes that train alignments.")
+    training_steps: PositiveInt | None = Field(
+        None, description="Steps of the optimiser; by default the learning core's own."
+    )
+    unlabelled_states: PositiveInt = Field(1000, description="N of the paper's Step 4.")
+    max_body_bytes: PositiveInt = Field(1 << 20, description="Largest request body, in bytes.")
+    max_message_bytes: PositiveInt = Field(
+        1 << 14, description="Largest websocket message from a page, in bytes."
+    )
+
+    @property
+    def pack_dir(self) -> Path:
+        """Where the arm's asset pack lies."""
+        return self.panda_dir if self.panda_dir is not None else self.data_dir / "panda"
+
+    @property
+    def database_path(self) -> Path:
+        """The SQLite file."""
+        return self.data_dir / "joymap.db"
+
+    @property
+    def base_url(self) -> str:
+        """What links begin with, without a slash at the end."""
+        return (self.public_url or f"http://{self.host}:{self.port}").rstrip("/")

@@ -1,0 +1,57 @@
+"""Asking the database about drives and their samples."""
+
+from collections.abc import Sequence
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from .tables import DriveRow, SampleChunkRow
+
+
+def by_id(db: Session, drive_id: str) -> DriveRow | None:
+    """A drive, by the client's id."""
+    return db.get(DriveRow, drive_id)
+
+
+def still_open(db: Session, participant_id: str | None = None) -> list[DriveRow]:
+    """Drives not ended yet: one participant's, or everyone's."""
+    statement = select(DriveRow).where(DriveRow.ended_at.is_(None))
+    if participant_id is not None:
+        statement = statement.where(DriveRow.participant_id == participant_id)
+    return list(db.scalars(statement))
+
+
+def last_chunk(db: Session, participant_id: str) -> SampleChunkRow | None:
+    """The newest samples of a participant."""
+    return db.scalar(
+        select(SampleChunkRow)
+        .join(DriveRow, DriveRow.id == SampleChunkRow.drive_id)
+        .where(DriveRow.participant_id == participant_id)
+        .order_by(SampleChunkRow.id.desc())
+        .limit(1)
+    )
+
+
+def chunks(db: Session, drive_id: str) -> Sequence[SampleChunkRow]:
+    """All samples of a drive, in order."""
+    return list(
+        db.scalars(
+            select(SampleChunkRow)
+            .where(SampleChunkRow.drive_id == drive_id)
+            .order_by(SampleChunkRow.first_tick)
+        )
+    )
+
+
+def counts(db: Session) -> dict[str, tuple[int, int]]:
+    """For each participant: how many drives, and how many ticks in them."""
+    rows = db.execute(
+        select(
+            DriveRow.participant_id,
+            func.count(func.distinct(DriveRow.id)),
+            func.coalesce(func.sum(SampleChunkRow.ticks), 0),
+        )
+        .outerjoin(SampleChunkRow, SampleChunkRow.drive_id == DriveRow.id)
+        .group_by(DriveRow.participant_id)
+    )
+    return {participant_id: (drives, ticks) for participant_id, drives, ticks in rows}

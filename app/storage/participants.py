@@ -1,0 +1,62 @@
+"""Asking the database about participants, their steps and their questions."""
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from .tables import AnswerRow, EventRow, ParticipantRow, QueryRow
+
+
+def by_token_hash(db: Session, token_hash: str) -> ParticipantRow | None:
+    """The participant a link belongs to."""
+    return db.scalar(select(ParticipantRow).where(ParticipantRow.token_hash == token_hash))
+
+
+def everyone(db: Session) -> list[ParticipantRow]:
+    """All participants, in order of their numbers."""
+    return list(db.scalars(select(ParticipantRow).order_by(ParticipantRow.number)))
+
+
+def never_opened(db: Session, origin: str) -> ParticipantRow | None:
+    """A participant of this origin whose link nobody has opened yet."""
+    return db.scalar(
+        select(ParticipantRow)
+        .where(ParticipantRow.origin == origin, ParticipantRow.opened_at.is_(None))
+        .order_by(ParticipantRow.number)
+        .limit(1)
+    )
+
+
+def next_number(db: Session) -> int:
+    """The number the next participant gets."""
+    return (db.scalar(select(func.max(ParticipantRow.number))) or 0) + 1
+
+
+def event(db: Session, event_id: str) -> EventRow | None:
+    """A step taken, by the client's id."""
+    return db.get(EventRow, event_id)
+
+
+def queries_of(db: Session, participant_id: str) -> list[QueryRow]:
+    """All moves drawn for a participant, in the order of asking."""
+    return list(
+        db.scalars(
+            select(QueryRow)
+            .where(QueryRow.participant_id == participant_id)
+            .order_by(QueryRow.position)
+        )
+    )
+
+
+def answer_by_id(db: Session, answer_id: str) -> AnswerRow | None:
+    """An answer, by the client's id."""
+    return db.scalar(select(AnswerRow).where(AnswerRow.id == answer_id))
+
+
+def latest_answers(db: Session, participant_id: str) -> dict[str, AnswerRow]:
+    """The answer that counts for each query, by the query's id."""
+    rows = db.scalars(
+        select(AnswerRow)
+        .where(AnswerRow.participant_id == participant_id)
+        .order_by(AnswerRow.sequence)
+    )
+    return {row.query_id: row for row in rows}

@@ -1,0 +1,209 @@
+"""Every table. Rows hold facts as they were given; nothing here decides anything.
+
+Times ending in ``_at`` are the server's wall clock in UTC; ``…_monotonic_s`` are its monotonic
+clock, which never jumps but starts anew with the machine (``boot`` tells which start).
+"""
+
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import (
+    JSON,
+    CheckConstraint,
+    DateTime,
+    Dialect,
+    ForeignKey,
+    LargeBinary,
+    MetaData,
+    TypeDecorator,
+    UniqueConstraint,
+)
+from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
+
+_NAMES = {
+    "ix": "ix_%(column_0_label)s",
+    "uq": "uq_%(table_name)s_%(column_0_name)s",
+    "ck": "ck_%(table_name)s_%(constraint_name)s",
+    "fk": "fk_%(table_name)s_%(column_0_name)s_%(referred_table_name)s",
+    "pk": "pk_%(table_name)s",
+}
+
+
+class Utc(TypeDecorator[datetime]):
+    """A moment in UTC; comes back from SQLite with its time zone."""
+
+    impl = DateTime
+    cache_ok = True
+
+    def process_bind_param(self, value: datetime | None, _dialect: Dialect) -> datetime | None:
+        """Store UTC."""
+        return None if value is None else value.astimezone(UTC).replace(tzinfo=None)
+
+    def process_result_value(self, value: datetime | None, _dialect: Dialect) -> datetime | None:
+        """Give the time zone back."""
+        return None if value is None else value.replace(tzinfo=UTC)
+
+
+class Row(DeclarativeBase):
+    """Base of all tables."""
+
+    metadata = MetaData(naming_convention=_NAMES)
+    type_annotation_map = {datetime: Utc, dict[str, Any]: JSON, list[Any]: JSON}  # noqa: RUF012
+
+
+class ParticipantRow(Row):
+    """A person with a link; only the hash of the link's token is kept."""
+
+    __tablename__ = "participant"
+
+    id: Mapped[str] = mapped_column(primary_key=True)
+    number: Mapped[int] = mapped_column(unique=True)
+    origin: Mapped[str]  # "start": printed when the server started; "experimenter"
+    token_hash: Mapped[str] = mapped_column(unique=True)
+    seed: Mapped[int]
+    task: Mapped[str]
+    step: Mapped[str]
+    created_at: Mapped[datetime]
+    opened_at: Mapped[datetime | None]
+
+
+class EventRow(Row):
+    """A step a participant took, by the client's id: consent, practice done, driving begun."""
+
+    __tablename__ = "event"
+
+    id: Mapped[str] = mapped_column(primary_key=True)
+    participant_id: Mapped[str] = mapped_column(ForeignKey("participant.id"), index=True)
+    kind: Mapped[str]
+    detail: Mapped[dict[str, Any]]
+    at: Mapped[datetime]
+
+
+class QueryRow(Row):
+    """A move shown to a participant, who is asked for the stick input they would give for it."""
+
+    __tablename__ = "query"
+    __table_args__ = (UniqueConstraint("participant_id", "position"),)
+
+    id: Mapped[str] = mapped_column(primary_key=True)
+    participant_id: Mapped[str] = mapped_column(ForeignKey("participant.id"), index=True)
+    position: Mapped[int]  # 1, 2, …: the order of asking
+    pool_index: Mapped[int]  # which of the participant's unlabelled samples it is
+    controller_hash: Mapped[str]
+    s: Mapped[list[Any]]  # (7,) joint positions, [rad]
+    z: Mapped[list[Any]]  # (2,) the latent action held during the move
+    next_s: Mapped[list[Any]]  # (7,) [rad]
+    path: Mapped[list[Any]]  # (m, 7) the move as shown, [rad]
+    hand_path: Mapped[list[Any]]  # (m, 3) the hand during the move, [m]
+
+
+class AnswerRow(Row):
+    """A stick input given for a query; the last one given for a query counts. All are kept."""
+
+    __tablename__ = "answer"
+    __table_args__ = (
+        CheckConstraint("(h_x IS NULL) = (h_y IS NULL)", name="both_or_none"),
+        CheckConstraint("h_x IS NULL OR (h_x BETWEEN -1 AND 1)", name="x_in_range"),
+        CheckConstraint("h_y IS NULL OR (h_y BETWEEN -1 AND 1)", name="y_in_range"),
+    )
+
+    sequence: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    id: Mapped[str] = mapped_column(unique=True)
+    participant_id: Mapped[str] = mapped_column(ForeignKey("participant.id"), index=True)
+    query_id: Mapped[str] = mapped_column(ForeignKey("query.id"), index=True)
+    h_x: Mapped[float | None]  # both null: "I can't say"
+    h_y: Mapped[float | None]
+    thinking_time_s: Mapped[float]  # as the page measured it
+    answered_at: Mapped[datetime]
+
+
+class JobRow(Row):
+    """A training, from the moment it is wanted to its one end."""
+
+    __tablename__ = "job"
+    __table_args__ = (
+        UniqueConstraint("participant_id", "data_hash"),
+        CheckConstraint("state IN ('queued', 'running', 'succeeded', 'failed')", name="state"),
+    )
+
+    id: Mapped[str] = mapped_column(primary_key=True)
+    participant_id: Mapped[str] = mapped_column(ForeignKey("participant.id"), index=True)
+    state: Mapped[str] = mapped_column(index=True)
+    attempt: Mapped[int]  # how often a worker has begun it
+    data_hash: Mapped[str]
+    seed: Mapped[int]
+    report: Mapped[dict[str, Any]]  # curves and learned fields, as far as they have come
+    fraction: Mapped[float]
+    error: Mapped[str | None]
+    training_s: Mapped[float | None]
+    queued_at: Mapped[datetime]
+    ended_at: Mapped[datetime | None]
+
+
+class AlignmentRow(Row):
+    """A finished alignment: whose, from which data, and where its weights lie."""
+
+    __tablename__ = "alignment"
+    __table_args__ = (UniqueConstraint("job_id", "strategy"),)
+
+    id: Mapped[str] = mapped_column(primary_key=True)
+    participant_id: Mapped[str] = mapped_column(ForeignKey("participant.id"), index=True)
+    job_id: Mapped[str] = mapped_column(ForeignKey("job.id"))
+    strategy: Mapped[str]
+    file: Mapped[str]  # name in the folder of alignments
+    weights_sha256: Mapped[str]
+    data_hash: Mapped[str]
+    controller_hash: Mapped[str]
+    seed: Mapped[int]
+    settings: Mapped[dict[str, Any]]
+    code_version: Mapped[str]
+    trained_at: Mapped[datetime]
+
+
+class DriveRow(Row):
+    """A stretch of driving under one strategy."""
+
+    __tablename__ = "drive"
+
+    id: Mapped[str] = mapped_column(primary_key=True)
+    participant_id: Mapped[str] = mapped_column(ForeignKey("participant.id"), index=True)
+    strategy: Mapped[str]
+    alignment_id: Mapped[str | None] = mapped_column(ForeignKey("alignment.id"))
+    boot: Mapped[str]
+    started_at: Mapped[datetime]
+    started_monotonic_s: Mapped[float]
+    ended_at: Mapped[datetime | None]
+    end: Mapped[str | None]  # "switched", "left", "server stopped"
+
+
+class SampleChunkRow(Row):
+    """Ticks of a drive, in order: float64 rows of the columns in ``app.teleop.recorder``."""
+
+    __tablename__ = "sample_chunk"
+    __table_args__ = (UniqueConstraint("drive_id", "first_tick"),)
+
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    drive_id: Mapped[str] = mapped_column(ForeignKey("drive.id"), index=True)
+    first_tick: Mapped[int]
+    ticks: Mapped[int]
+    last_monotonic_s: Mapped[float]
+    samples: Mapped[bytes] = mapped_column(LargeBinary)
+
+
+class SetupLinkRow(Row):
+    """The experimenter link of the latest start; used once."""
+
+    __tablename__ = "setup_link"
+
+    token_hash: Mapped[str] = mapped_column(primary_key=True)
+    created_at: Mapped[datetime]
+    used_at: Mapped[datetime | None]
+
+
+class LoginRow(Row):
+    """An experimenter's browser; only the hash of its cookie is kept."""
+
+    __tablename__ = "login"
+
+    token_hash: Mapped[str] = mapped_column(primary_key=True)
+    created_at: Mapped[datetime]

@@ -1,0 +1,1 @@
+"""The live arm: the control loop, one session a participant, the recorder."""

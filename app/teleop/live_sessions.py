@@ -1,0 +1,135 @@
+"""The live sessions: made when a page comes, closed when nobody has looked for a while."""
+
+import asyncio
+import logging
+import time
+
+import numpy as np
+
+from app.scene.arm_scene import ArmScene
+from app.services import queries
+from app.services.drives import OpenedDrive
+from app.settings import Settings
+from app.storage import drives
+from app.storage.database import Database
+from app.storage.tables import ParticipantRow
+from app.teleop.live_session import LiveSession
+from app.teleop.loop import ControlLoop
+from app.teleop.recorder import COLUMNS, DriveLog, Recorder, unpack
+from models.checkpoints import load_alignment
+from models.controller import LatentController
+from models.mapping import Mapping
+from models.panda_pack import PandaPack
+from models.simulation import Simulation
+from models.tasks import get_task
+
+_LOG = logging.getLogger(__name__)
+_LEFT_S = 5.0  # a drive whose page is gone for this long has ended
+_Q = slice(COLUMNS.index("q_1"), COLUMNS.index("q_7") + 1)
+
+
+class LiveSessions:
+    """Everything that is live. All methods are for the event loop."""
+
+    def __init__(
+        self,
+        settings: Settings,
+        database: Database,
+        pack: PandaPack,
+        controllers: dict[str, LatentController],
+    ) -> None:
+        """Begin empty."""
+        self._settings = settings
+        self._database = database
+        self._pack = pack
+        self._controllers = controllers
+        self.loop = ControlLoop(settings.teleop_rate_hz)
+        self.recorder = Recorder(database)
+        self._opening = asyncio.Lock()
+        self._unseen_since: dict[str, float] = {}
+
+    async def session(self, participant: ParticipantRow) -> LiveSession:
+        """The participant's live session, made if there is none."""
+        async with self._opening:
+            session = self.loop.sessions.get(participant.id)
+            if session is None:
+                task = get_task(participant.task)
+                start = await asyncio.to_thread(self._last_pose, participant.id)
+                simulation = await asyncio.to_thread(Simulation, self._pack)
+                low, high = task.workspace
+                reach = np.array(
+                    [[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]]
+                )
+                session = LiveSession(
+                    participant.id,
+                    simulation,
+                    ArmScene(self._pack, reach, task.height_m),
+                    task,
+                    silence_s=self._settings.silence_s,
+                    start=task.home_q if start is None else start,
+                )
+                self.loop.sessions[participant.id] = session
+            return session
+
+    def existing(self, participant_id: str) -> LiveSession | None:
+        """The participant's live session, if there is one."""
+        return self.loop.sessions.get(participant_id)
+
+    async def show(self, session: LiveSession, query_id: str) -> None:
+        """Play the move of one of the participant's questions."""
+        path, hand_path = await asyncio.to_thread(self._read_move, session.participant_id, query_id)
+        session.show(query_id, path, hand_path, time.monotonic())
+
+    async def start_drive(self, participant: ParticipantRow, opened: OpenedDrive) -> None:
+        """Let the person drive."""
+        session = await self.session(participant)
+        controller = self._controllers[participant.task]
+        alignment = None
+        if opened.alignment_file is not None:
+            stem = self._settings.data_dir / "alignments" / opened.alignment_file
+            alignment = await asyncio.to_thread(load_alignment, stem)
+        session.start_drive(
+            opened.strategy,
+            Mapping(controller, alignment),
+            DriveLog(self.recorder, opened.id, 0, self._settings.record_chunk_s),
+        )
+
+    async def run(self) -> None:
+        """Tick, record, and close what nobody looks at, until cancelled."""
+        recording = asyncio.create_task(self.recorder.run())
+        try:
+            async with asyncio.TaskGroup() as tasks:
+                tasks.create_task(self.loop.run(time.monotonic))
+                tasks.create_task(self._close_unseen())
+        finally:
+            for session in self.loop.sessions.values():
+                session.close("server stopped")
+            recording.cancel()
+            await asyncio.gather(recording, return_exceptions=True)
+
+    async def _close_unseen(self) -> None:
+        while True:
+            await asyncio.sleep(1.0)
+            now = time.monotonic()
+            for participant_id, session in tuple(self.loop.sessions.items()):
+                if session.pages:
+                    self._unseen_since.pop(participant_id, None)
+                    continue
+                unseen_s = now - self._unseen_since.setdefault(participant_id, now)
+                if unseen_s > _LEFT_S:
+                    session.stop_drive("left")
+                if unseen_s > self._settings.session_idle_s and not session.scene.viewers:
+                    session.close("left")
+                    del self.loop.sessions[participant_id]
+                    del self._unseen_since[participant_id]
+
+    def _read_move(self, participant_id: str, query_id: str) -> tuple[np.ndarray, np.ndarray]:
+        with self._database.read() as db:
+            query = queries.find(db, participant_id, query_id)
+            return queries.as_path(query), np.asarray(query.hand_path, dtype=float)
+
+    def _last_pose(self, participant_id: str) -> np.ndarray | None:
+        """Where the arm was when this participant last drove it, ``(7,)`` in [rad]."""
+        with self._database.read() as db:
+            chunk = drives.last_chunk(db, participant_id)
+            return None if chunk is None else unpack(chunk.samples)[-1, _Q].copy()

@@ -1,0 +1,138 @@
+"""Every tick of a drive, on its way to the database while the drive runs.
+
+Ticks are gathered for half a second, compressed, and written by one task in the background, in
+order; only the last half second is ever in memory alone.
+"""
+
+import asyncio
+import logging
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from app.services import drives
+from app.storage.database import Database
+
+_LOG = logging.getLogger(__name__)
+
+COLUMNS = (
+    "monotonic_s",  # the server's clock
+    "raw_x",
+    "raw_y",  # the stick as the page sent it
+    "h_x",
+    "h_y",  # the stick after the filter: the human input h
+    "z_1",
+    "z_2",  # the latent action
+    *(f"a_{i}" for i in range(1, 8)),  # joint velocities asked for, [rad/s]
+    *(f"q_{i}" for i in range(1, 8)),  # joint positions reached, [rad]
+    "hand_x",
+    "hand_y",
+    "hand_z",  # [m]
+    "hand_qw",
+    "hand_qx",
+    "hand_qy",
+    "hand_qz",
+    "hold",  # why the arm held: 0 it moved, else 1 + the place in HOLDS
+)
+HOLDS = ("released", "silent", "edge", "moving-home")
+
+
+@dataclass(frozen=True)
+class _Chunk:
+    drive_id: str
+    first_tick: int
+    rows: np.ndarray
+
+
+@dataclass(frozen=True)
+class _End:
+    drive_id: str
+    why: str
+
+
+class Recorder:
+    """Takes ticks on the event loop; ``run`` writes them."""
+
+    def __init__(self, database: Database) -> None:
+        """Begin with nothing to write."""
+        self._database = database
+        self._queue: asyncio.Queue[_Chunk | _End] = asyncio.Queue()
+
+    def keep(self, drive_id: str, first_tick: int, rows: list[np.ndarray]) -> None:
+        """Queue a chunk of ticks for writing."""
+        self._queue.put_nowait(_Chunk(drive_id, first_tick, np.array(rows)))
+
+    def end(self, drive_id: str, why: str) -> None:
+        """Queue the end of a drive, after its chunks."""
+        self._queue.put_nowait(_End(drive_id, why))
+
+    async def run(self) -> None:
+        """Write what comes until cancelled; what is queued then is still written."""
+        try:
+            while True:
+                await self._write(await self._queue.get())
+        finally:
+            while not self._queue.empty():
+                await self._write(self._queue.get_nowait())
+
+    async def _write(self, item: _Chunk | _End) -> None:
+        try:
+            await asyncio.shield(asyncio.to_thread(self._store, item))
+        except Exception:
+            # Nothing may stop the recording of what comes after, but it must be seen.
+            _LOG.exception("samples of drive %s could not be stored", item.drive_id)
+
+    def _store(self, item: _Chunk | _End) -> None:
+        with self._database.write() as db:
+            if isinstance(item, _End):
+                drives.end(db, item.drive_id, item.why)
+                return
+            drives.keep_samples(
+                db,
+                item.drive_id,
+                item.first_tick,
+                len(item.rows),
+                float(item.rows[-1, 0]),
+                pack(item.rows),
+            )
+
+
+class DriveLog:
+    """One drive's ticks, handed on in chunks."""
+
+    def __init__(self, recorder: Recorder, drive_id: str, first_tick: int, chunk_s: float) -> None:
+        """Begin at ``first_tick`` of the drive."""
+        self.drive_id = drive_id
+        self._recorder = recorder
+        self._next_tick = first_tick
+        self._chunk_s = chunk_s
+        self._rows: list[np.ndarray] = []
+
+    def add(self, row: np.ndarray) -> None:
+        """Keep one tick: a row of ``COLUMNS``."""
+        self._rows.append(row)
+        if row[0] - self._rows[0][0] >= self._chunk_s:
+            self.flush()
+
+    def flush(self) -> None:
+        """Hand on what is there."""
+        if self._rows:
+            self._recorder.keep(self.drive_id, self._next_tick, self._rows)
+            self._next_tick += len(self._rows)
+            self._rows = []
+
+    def end(self, why: str) -> None:
+        """Hand on what is there and end the drive."""
+        self.flush()
+        self._recorder.end(self.drive_id, why)
+
+
+def pack(rows: np.ndarray) -> bytes:
+    """Rows of ``COLUMNS`` as they are stored: little-endian float64, compressed."""
+    return zlib.compress(np.ascontiguousarray(rows, dtype="<f8").tobytes(), level=1)
+
+
+def unpack(samples: bytes) -> np.ndarray:
+    """Stored samples as rows of ``COLUMNS``."""
+    return np.frombuffer(zlib.decompress(samples), dtype="<f8").reshape(-1, len(COLUMNS))

@@ -1,0 +1,18 @@
+"""The tasks by name."""
+
+from ..errors import UnknownTaskError
+from .base import Task as Task
+from .plane import PLANE
+
+TASKS: dict[str, Task] = {task.name: task for task in (PLANE,)}
+
+
+def get_task(name: str) -> Task:
+    """The task of that name.
+
+    Raises:
+        UnknownTaskError: If there is none.
+    """
+    if name not in TASKS:
+        raise UnknownTaskError(f"There is no task '{name}'; choose one of: {', '.join(TASKS)}.")
+    return TASKS[name]

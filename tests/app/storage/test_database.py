@@ -1,0 +1,76 @@
+import threading
+from pathlib import Path
+
+import pytest
+from sqlalchemy import inspect, select, text
+
+from app.storage.database import Database, DatabaseInUse, make_engine, migrate
+from app.storage.tables import ParticipantRow, Row
+from tests.app.factories import make_participant
+
+
+def test_read_then_write_from_many_threads_loses_nothing(database: Database) -> None:
+    with database.write() as db:
+        participant_id = make_participant(db).id
+
+    def count_up() -> None:
+        for _ in range(25):
+            with database.write() as db:
+                row = db.get_one(ParticipantRow, participant_id)
+                row.seed = row.seed + 1
+
+    with database.read() as db:
+        before = db.get_one(ParticipantRow, participant_id).seed
+    threads = [threading.Thread(target=count_up) for _ in range(16)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    with database.read() as db:
+        assert db.get_one(ParticipantRow, participant_id).seed == before + 16 * 25
+
+
+def test_a_transaction_that_raises_changes_nothing(database: Database) -> None:
+    with pytest.raises(ZeroDivisionError), database.write() as db:
+        make_participant(db)
+        raise ZeroDivisionError
+    with database.read() as db:
+        assert db.scalars(select(ParticipantRow)).all() == []
+
+
+def test_a_second_server_on_the_same_data_is_refused(database: Database, tmp_path: Path) -> None:
+    with pytest.raises(DatabaseInUse, match="Another joymap server uses"):
+        Database(tmp_path / "joymap.db")
+
+
+def test_commits_are_synced_to_the_disk(database: Database) -> None:
+    with database.read() as db:
+        assert db.execute(text("PRAGMA journal_mode")).scalar() == "wal"
+        assert db.execute(text("PRAGMA synchronous")).scalar() == 2
+        assert db.execute(text("PRAGMA foreign_keys")).scalar() == 1
+
+
+def test_the_migrations_make_the_tables_the_app_uses(tmp_path: Path) -> None:
+    migrate(tmp_path / "new.db")
+    found = inspect(make_engine(tmp_path / "new.db"))
+    for table in Row.metadata.sorted_tables:
+        columns = {column["name"]: column for column in found.get_columns(table.name)}
+        assert set(columns) == {column.name for column in table.columns}, table.name
+        for column in table.columns:
+            assert columns[column.name]["nullable"] == column.nullable, column
+        uniques = {
+            tuple(unique["column_names"]) for unique in found.get_unique_constraints(table.name)
+        }
+        wanted = {
+            tuple(column.name for column in constraint.columns)
+            for constraint in table.constraints
+            if type(constraint).__name__ == "UniqueConstraint"
+        }
+        assert uniques == wanted, table.name
+
+
+def test_migrating_twice_is_migrating_once(tmp_path: Path) -> None:
+    migrate(tmp_path / "twice.db")
+    migrate(tmp_path / "twice.db")
+    found = inspect(make_engine(tmp_path / "twice.db"))
+    assert set(found.get_table_names()) == {*Row.metadata.tables, "alembic_version"}

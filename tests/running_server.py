@@ -1,0 +1,126 @@
+"""A real server in a process of its own, as ``make run`` starts it, and a participant's side."""
+
+import contextlib
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+import uuid
+from collections.abc import Generator
+from pathlib import Path
+from typing import Any
+
+import httpx
+
+from models.panda_pack import default_folder
+
+START_LIMIT_S = 60.0
+
+
+class RunningServer:
+    """``joymap serve`` on a port of its own; ``kill`` is ``kill -9``."""
+
+    def __init__(self, data_dir: Path, port: int = 0, **settings: Any) -> None:
+        environment = os.environ | {
+            "JOYMAP_DATA_DIR": str(data_dir),
+            "JOYMAP_PANDA_DIR": str(default_folder()),
+            **{f"JOYMAP_{name.upper()}": str(value) for name, value in settings.items()},
+        }
+        self.log_path = data_dir / "server.log"
+        data_dir.mkdir(parents=True, exist_ok=True)
+        with self.log_path.open("ab") as log:
+            begin = log.tell()
+            self.process = subprocess.Popen(
+                [sys.executable, "-m", "app.cli", "serve", "--port", str(port)],
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                env=environment,
+                start_new_session=True,
+            )
+        deadline = time.monotonic() + START_LIMIT_S
+        links: dict[str, str] = {}
+        while len(links) < 2:
+            text = self.log_path.read_bytes()[begin:].decode()
+            links = dict(re.findall(r"^  (participant|experimenter) +(\S+)", text, re.MULTILINE))
+            if self.process.poll() is not None or time.monotonic() > deadline:
+                raise RuntimeError(f"The server did not start:\n{text}")
+            time.sleep(0.02)
+        self.participant_link = links["participant"]
+        self.experimenter_link = links["experimenter"]
+        self.base_url = self.participant_link.split("/p/")[0]
+
+    @property
+    def port(self) -> int:
+        return int(self.base_url.rsplit(":", 1)[1])
+
+    def children(self) -> list[int]:
+        """The worker processes."""
+        found = subprocess.run(
+            ["ps", "-o", "pid=", "--ppid", str(self.process.pid)],
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        return [int(pid) for pid in found.stdout.split()]
+
+    def log(self) -> str:
+        return self.log_path.read_text()
+
+    def kill(self) -> None:
+        self.process.send_signal(signal.SIGKILL)
+        self.process.wait()
+
+    def stop(self) -> int:
+        """Stop as Ctrl+C does; the exit code."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                return self.process.wait(timeout=15)
+            self.process.kill()
+        return self.process.wait()
+
+
+@contextlib.contextmanager
+def running_server(data_dir: Path, **settings: Any) -> Generator[RunningServer]:
+    server = RunningServer(data_dir, **settings)
+    try:
+        yield server
+    finally:
+        server.stop()
+
+
+class Participant:
+    """A participant's side of the API, by their link."""
+
+    def __init__(self, link: str) -> None:
+        self.link = link
+        self.http = httpx.Client(
+            base_url=f"{link}/api/", timeout=20.0, headers={"Content-Type": "application/json"}
+        )
+
+    def session(self) -> dict[str, Any]:
+        return self.http.get("session").raise_for_status().json()
+
+    def post(self, path: str, **body: Any) -> httpx.Response:
+        return self.http.post(path, content=json.dumps({"id": str(uuid.uuid4())} | body))
+
+    def begin(self) -> dict[str, Any]:
+        """Consent and practice, up to the questions."""
+        self.session()
+        self.post("consent", version="1").raise_for_status()
+        return self.post("practice").raise_for_status().json()
+
+    def answer(self, query_id: str, h: Any, **body: Any) -> httpx.Response:
+        return self.post("answers", query_id=query_id, h=h, thinking_time_s=1.0, **body)
+
+    def wait_for_training(self, limit_s: float = 60.0) -> dict[str, Any]:
+        deadline = time.monotonic() + limit_s
+        while time.monotonic() < deadline:
+            status = self.http.get("training").raise_for_status().json()
+            if status["state"] in ("succeeded", "failed"):
+                return status
+            time.sleep(0.01)
+        raise AssertionError(f"The training did not end: {status['state']}")
