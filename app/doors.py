@@ -1,9 +1,10 @@
 """What stands between the network and the routers: a limit on bodies, and headers on answers."""
 
 from starlette.datastructures import MutableHeaders
+from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from app.errors import BodyTooLarge
+from app.errors import BodyTooLarge, JoymapError
 
 _HEADERS = {
     "Content-Security-Policy": (
@@ -42,7 +43,7 @@ class SecurityHeaders:
 
 
 class BodyLimit:
-    """Refuses bodies over a limit, whatever their length header says."""
+    """Refuses bodies over a limit, whatever their length header says, before anyone reads them."""
 
     def __init__(self, app: ASGIApp, limit_bytes: int) -> None:
         """Stand before ``app``."""
@@ -50,18 +51,34 @@ class BodyLimit:
         self._limit_bytes = limit_bytes
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass on, counting what comes in."""
+        """Read the body, and pass on if it is not too large."""
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        received = 0
-
-        async def counted() -> Message:
-            nonlocal received
+        body, more = b"", True
+        while more:
             message = await receive()
-            received += len(message.get("body", b""))
-            if received > self._limit_bytes:
-                raise BodyTooLarge(self._limit_bytes)
-            return message
+            if message["type"] == "http.disconnect":
+                return
+            body += message.get("body", b"")
+            more = message.get("more_body", False)
+            if len(body) > self._limit_bytes:
+                await refusal(BodyTooLarge(self._limit_bytes))(scope, receive, send)
+                return
+        read = False
 
-        await self._app(scope, counted, send)
+        async def replay() -> Message:
+            nonlocal read
+            if read:
+                return await receive()
+            read = True
+            return {"type": "http.request", "body": body, "more_body": False}
+
+        await self._app(scope, replay, send)
+
+
+def refusal(error: JoymapError) -> JSONResponse:
+    """What programs get for a refusal."""
+    return JSONResponse(
+        {"error": {"kind": error.kind, "sentence": error.sentence}}, error.status_code
+    )

@@ -6,15 +6,15 @@ import logging
 import uuid
 from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
+from typing import Any, cast
 
 import torch
-from fastapi import FastAPI, Request, Response
+from fastapi import FastAPI, Request, Response, WebSocket
 from fastapi.exceptions import RequestValidationError
-from fastapi.responses import JSONResponse
 from fastapi.staticfiles import StaticFiles
 from starlette.exceptions import HTTPException
 
-from app.doors import BodyLimit, SecurityHeaders
+from app.doors import BodyLimit, SecurityHeaders, refusal
 from app.errors import JoymapError
 from app.jobs.supervisor import Supervisor
 from app.routers import ROUTERS, pages
@@ -71,9 +71,10 @@ def create_app(settings: Settings) -> FastAPI:
     app.mount("/static", StaticFiles(directory=STATIC_DIR))
     app.add_middleware(BodyLimit, limit_bytes=settings.max_body_bytes)
     app.add_middleware(SecurityHeaders)
-    app.add_exception_handler(JoymapError, _refused)
+    # One handler serves requests and websockets, which the type of this method does not foresee.
+    app.add_exception_handler(JoymapError, cast(Any, _refused))
     app.add_exception_handler(RequestValidationError, _not_understood)
-    app.add_exception_handler(HTTPException, _http_error)
+    app.add_exception_handler(HTTPException, cast(Any, _http_error))
     return app
 
 
@@ -84,9 +85,12 @@ def _report(task: asyncio.Task[None]) -> None:
             _LOG.critical("%s stopped; restart the server", task.get_name(), exc_info=error)
 
 
-def _refused(request: Request, error: Exception) -> Response:
+async def _refused(connection: Any, error: Exception) -> Response | None:
     assert isinstance(error, JoymapError)
-    return pages.refusal(request, error) or _sentence(error.status_code, error.kind, error.sentence)
+    if isinstance(connection, WebSocket):
+        await connection.send_denial_response(refusal(error))
+        return None
+    return pages.refusal_page(connection, error) or refusal(error)
 
 
 def _not_understood(_request: Request, error: Exception) -> Response:
@@ -100,17 +104,14 @@ def _not_understood(_request: Request, error: Exception) -> Response:
         sentence = "The request is not valid JSON."
     else:
         sentence = f"{'.'.join(place) or 'The request'}: {first['msg']}."
-    return _sentence(422, "not-understood", sentence)
+    problem = JoymapError(sentence)
+    problem.status_code, problem.kind = 422, "not-understood"
+    return refusal(problem)
 
 
-def _http_error(request: Request, error: Exception) -> Response:
+async def _http_error(connection: Any, error: Exception) -> Response | None:
     assert isinstance(error, HTTPException)
-    refusal = JoymapError("There is nothing at this address.")
-    if error.status_code != 404:
-        refusal = JoymapError(f"{error.detail}.")
-    refusal.status_code = error.status_code
-    return pages.refusal(request, refusal) or _sentence(error.status_code, "http", refusal.sentence)
-
-
-def _sentence(status_code: int, kind: str, sentence: str) -> JSONResponse:
-    return JSONResponse({"error": {"kind": kind, "sentence": sentence}}, status_code)
+    is_missing = error.status_code == 404
+    problem = JoymapError("There is nothing at this address." if is_missing else f"{error.detail}.")
+    problem.status_code, problem.kind = error.status_code, "http"
+    return await _refused(connection, problem)

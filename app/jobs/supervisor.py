@@ -35,12 +35,7 @@ class Supervisor:
         self._settings = settings
         self._folder = settings.data_dir / "alignments"
         self._wanted = asyncio.Event()
-        self._pool = ProcessPool(
-            max_workers=settings.training_workers,
-            context=multiprocessing.get_context("spawn"),
-            initializer=worker.prepare,
-            initargs=(str(settings.pack_dir), settings.task),
-        )
+        self._pool = self._new_pool()
 
     def wake(self) -> None:
         """There may be a new job. Call it on the event loop, after the commit."""
@@ -58,9 +53,7 @@ class Supervisor:
 
     async def run(self) -> None:
         """Serve the queue until cancelled."""
-        # A first, empty task starts the workers, so that nobody waits for their imports.
-        for _ in range(self._settings.training_workers):
-            self._pool.schedule(worker.stand_by)
+        self._start_workers()
         free = asyncio.Semaphore(self._settings.training_workers)
         try:
             async with asyncio.TaskGroup() as tasks:
@@ -76,6 +69,19 @@ class Supervisor:
         finally:
             await asyncio.to_thread(self._close)
 
+    def _new_pool(self) -> ProcessPool:
+        return ProcessPool(
+            max_workers=self._settings.training_workers,
+            context=multiprocessing.get_context("spawn"),
+            initializer=worker.prepare,
+            initargs=(str(self._settings.pack_dir), self._settings.task),
+        )
+
+    def _start_workers(self) -> None:
+        # A first, empty task starts the workers, so that nobody waits for their imports.
+        for _ in range(self._settings.training_workers):
+            self._pool.schedule(worker.stand_by)
+
     def _close(self) -> None:
         self._pool.stop()  # type: ignore[no-untyped-call]
         self._pool.join()
@@ -85,11 +91,16 @@ class Supervisor:
             return training.claim(db, self._settings, self._folder)
 
     async def _carry_out(self, order: TrainingOrder, free: asyncio.Semaphore) -> None:
-        future = self._pool.schedule(worker.train, args=(order,), timeout=_TIME_LIMIT_S)
-        done = asyncio.wrap_future(future)
         progress = order.folder / f"{order.name}.progress"
         seen = 0.0
         try:
+            if not self._pool.active:
+                # Something beside the workers was killed; what is left of the pool is of no use.
+                await asyncio.to_thread(self._close)
+                self._pool = self._new_pool()
+            done = asyncio.wrap_future(
+                self._pool.schedule(worker.train, args=(order,), timeout=_TIME_LIMIT_S)
+            )
             while not done.done():
                 await asyncio.wait({done}, timeout=_POLL_S)
                 seen = await asyncio.to_thread(self._note_progress, order, progress, seen)

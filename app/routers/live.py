@@ -69,10 +69,13 @@ async def steer(
     telling = asyncio.create_task(_tell(socket, session, tab))
     try:
         while True:
-            sentence = await _follow(await socket.receive_text(), here, session, tab)
+            message = await socket.receive()
+            if message["type"] == "websocket.disconnect":
+                break
+            sentence = await _follow(message.get("text") or "", here, session, tab)
             if sentence is not None:
                 await socket.send_text(SentenceOut(sentence=sentence).model_dump_json())
-    except WebSocketDisconnect:
+    except WebSocketDisconnect:  # while answering
         pass
     finally:
         session.pages -= 1
@@ -103,7 +106,7 @@ async def _follow(text: str, here: Service, session: LiveSession, tab: str) -> s
         if any("stick" in item["loc"] for item in error.errors(include_url=False)):
             return "The stick must be two numbers between -1 and 1."
         return "This message was not understood."
-    except ValueError:
+    except (ValueError, RecursionError):  # not JSON, or nested beyond all sense
         return "This message was not understood."
     except JoymapError as error:
         return error.sentence

@@ -93,7 +93,7 @@ def read_dashboard() -> HTMLResponse:
     return HTMLResponse(_page("dashboard.html"))
 
 
-def refusal(request: Request, error: JoymapError) -> Response | None:
+def refusal_page(request: Request, error: JoymapError) -> Response | None:
     """A page for a refused page; None where a program asked."""
     if request.method != "GET" or "text/html" not in request.headers.get("accept", ""):
         return None

@@ -10,7 +10,8 @@ names of viser 1.1.1, which is pinned; docs/decisions/0003 says why.
 import asyncio
 import contextlib
 import io
-from typing import Protocol
+from collections.abc import MutableMapping
+from typing import Any, Protocol
 
 import viser
 from viser import infra
@@ -27,8 +28,8 @@ class SceneSocket(Protocol):
     async def send_bytes(self, data: bytes) -> None:
         """Send one binary message."""
 
-    async def receive_bytes(self) -> bytes:
-        """Wait for the next message; raises when the page is gone."""
+    async def receive(self) -> MutableMapping[str, Any]:
+        """Wait for the next ASGI message; "websocket.disconnect" when the page is gone."""
 
 
 class _PortlessServer(infra.WebsockServer):
@@ -105,5 +106,5 @@ class SceneServer:
 
 async def _drop_everything(socket: SceneSocket) -> None:
     # The page may only look: a share request would open a tunnel to the outside.
-    while True:
-        await socket.receive_bytes()
+    while (await socket.receive())["type"] != "websocket.disconnect":
+        pass

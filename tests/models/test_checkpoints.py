@@ -1,0 +1,166 @@
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+import models.checkpoints as checkpoints
+from models.checkpoints import (
+    code_version,
+    load_alignment,
+    load_controller,
+    read_checkpoint,
+    save_alignment,
+    save_controller,
+)
+from models.controller_training import ControllerSettings
+from models.errors import CheckpointError
+from models.make_controllers import make_controller
+
+
+@pytest.fixture
+def stem(tmp_path, person):
+    stem = tmp_path / "of-one-person"
+    save_alignment(stem, person.fit.alignment, seed=3, data_hash="abc", settings={"steps": 800})
+    return stem
+
+
+def weights(stem):
+    return stem.with_name(f"{stem.name}.safetensors")
+
+
+def description(stem):
+    return stem.with_name(f"{stem.name}.json")
+
+
+def test_an_alignment_comes_back_to_the_bit(stem, person, pool, rng):
+    again = load_alignment(stem)
+    h = rng.uniform(-1, 1, (len(pool), 2))
+    assert_array_equal(again(h, pool.states), person.fit.alignment(h, pool.states))
+    assert (again.strategy, again.controller_hash) == (
+        "all-priors",
+        person.fit.alignment.controller_hash,
+    )
+
+
+def test_a_controller_comes_back_to_the_bit(tmp_path, controller):
+    save_controller(
+        tmp_path / "plane", controller, seed=1, data_hash="d", settings={}, facts={"note": "x"}
+    )
+    assert load_controller("plane", tmp_path).content_hash == controller.content_hash
+
+
+def test_a_checkpoint_says_how_it_came_about(stem, person):
+    about = read_checkpoint(stem)
+    assert (about.kind, about.seed, about.data_hash) == ("alignment", 3, "abc")
+    assert about.settings == {"steps": 800}
+    assert about.libraries["torch"].startswith("2.")
+    assert about.code_version == code_version()
+    assert about.facts["controller_hash"] == person.fit.alignment.controller_hash
+
+
+def test_nothing_is_left_beside_the_two_files(stem):
+    assert sorted(path.name for path in stem.parent.iterdir()) == [
+        "of-one-person.json",
+        "of-one-person.safetensors",
+    ]
+
+
+def test_a_name_with_a_dot_stays_whole(tmp_path, person):
+    stem = tmp_path / "v1.2"
+    save_alignment(stem, person.fit.alignment, seed=0, data_hash="", settings={})
+    assert load_alignment(stem).strategy == "all-priors"
+
+
+@pytest.mark.parametrize("place", [10, 400, -1])
+def test_a_damaged_file_is_refused(stem, place):
+    content = bytearray(weights(stem).read_bytes())
+    content[place] ^= 1
+    weights(stem).write_bytes(content)
+    with pytest.raises(CheckpointError, match="damaged"):
+        load_alignment(stem)
+
+
+def test_a_file_cut_short_is_refused(stem):
+    weights(stem).write_bytes(weights(stem).read_bytes()[:-8])
+    with pytest.raises(CheckpointError, match="damaged"):
+        load_alignment(stem)
+
+
+def test_an_unfinished_checkpoint_is_refused(stem):
+    description(stem).unlink()
+    with pytest.raises(CheckpointError, match="no finished checkpoint 'of-one-person'"):
+        load_alignment(stem)
+
+
+def test_lost_weights_are_named(stem):
+    weights(stem).unlink()
+    with pytest.raises(CheckpointError, match="weights of 'of-one-person' are missing"):
+        load_alignment(stem)
+
+
+def test_a_writer_that_dies_half_way_leaves_nothing_to_load(stem, person, monkeypatch):
+    written = []
+
+    def die(path, content):
+        written.append(path.name)
+        if path.suffix == ".json":
+            raise OSError("the machine stops here")
+        write(path, content)
+
+    write = checkpoints._write
+    monkeypatch.setattr(checkpoints, "_write", die)
+    other = replace(person.fit.alignment, strategy="no-priors")
+    with pytest.raises(OSError, match="stops here"):
+        save_alignment(stem, other, seed=4, data_hash="def", settings={})
+    assert written == ["of-one-person.safetensors", "of-one-person.json"]
+    with pytest.raises(CheckpointError, match="no finished checkpoint"):
+        load_alignment(stem)
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "{}", '{"kind": "alignment"}'])
+def test_a_description_that_is_none_is_refused(stem, text):
+    description(stem).write_text(text)
+    with pytest.raises(CheckpointError, match="does not describe"):
+        load_alignment(stem)
+
+
+def test_another_format_is_refused(stem):
+    about = json.loads(description(stem).read_text())
+    description(stem).write_text(json.dumps({**about, "format": 99}))
+    with pytest.raises(CheckpointError, match="format 99"):
+        load_alignment(stem)
+
+
+def test_a_controller_is_no_alignment(tmp_path, controller):
+    save_controller(tmp_path / "plane", controller, seed=1, data_hash="", settings={}, facts={})
+    with pytest.raises(CheckpointError, match="different kind than alignment"):
+        load_alignment(tmp_path / "plane")
+
+
+def test_weights_that_are_not_numbers_are_refused(tmp_path, person):
+    broken = replace(person.fit.alignment, s_mean=np.full(7, np.nan))
+    save_alignment(tmp_path / "a", broken, seed=0, data_hash="", settings={})
+    with pytest.raises(CheckpointError, match="not numbers"):
+        load_alignment(tmp_path / "a")
+
+
+def test_weights_that_belong_to_nothing_are_refused(tmp_path, person):
+    broken = replace(person.fit.alignment, s_mean=np.zeros(7))
+    object.__setattr__(broken, "s_mean", np.zeros(6))
+    save_alignment(tmp_path / "a", broken, seed=0, data_hash="", settings={})
+    with pytest.raises(CheckpointError, match="lacks 's_mean' of shape"):
+        load_alignment(tmp_path / "a")
+
+
+def test_a_controller_made_twice_is_the_same_file(tmp_path, monkeypatch):
+    monkeypatch.setattr("models.make_controllers.TRAJECTORIES", 40)
+    settings = ControllerSettings(hidden=8, steps=10, batch=16)
+    first = make_controller("plane", 5, settings, tmp_path / "a")
+    again = make_controller("plane", 5, settings, tmp_path / "b")
+    assert first == again
+    assert (tmp_path / "a/plane.safetensors").read_bytes() == (
+        tmp_path / "b/plane.safetensors"
+    ).read_bytes()
+    assert load_controller("plane", tmp_path / "a").decoder.outputs == 7
