@@ -16,8 +16,6 @@ from .simulated_human import SimulatedHuman
 DirectionErrors = Float[np.ndarray, "states directions"]
 # Moves shorter than this share of the RMS move have no relative error to speak of.
 _SHORT = 0.25
-# Below this the hand does not move in any direction, in metres a step.
-_STILL_M = 1e-5
 
 
 def position_error(
@@ -36,8 +34,7 @@ def position_error(
     """
     x, x_star, x_reached = (kinematics.hand_pose(q).position for q in (s, intended, reached))
     error: np.ndarray = np.linalg.norm(x_star - x_reached, axis=-1)
-    relative: np.ndarray = error / np.linalg.norm(x_star - x, axis=-1)
-    return relative
+    return np.asarray(error / np.linalg.norm(x_star - x, axis=-1))
 
 
 def rotation_error(
@@ -50,8 +47,7 @@ def rotation_error(
     """
     difference = kinematics.hand_pose(intended).rotation - kinematics.hand_pose(reached).rotation
     sine = np.linalg.norm(difference, axis=(-2, -1)) / (2.0 * np.sqrt(2.0))
-    angle: np.ndarray = 2.0 * np.arcsin(np.clip(sine, 0.0, 1.0))
-    return angle
+    return np.asarray(2.0 * np.arcsin(np.clip(sine, 0.0, 1.0)))
 
 
 @dataclass(frozen=True)
@@ -102,8 +98,7 @@ def direction_error_deg(
     lengths = np.linalg.norm(meant, axis=-1) * np.linalg.norm(made, axis=-1)
     dot = np.sum(meant * made, axis=-1)
     cosine = np.where(lengths > 0.0, dot / np.maximum(lengths, 1e-300), 0.0)
-    moved = np.linalg.norm(made, axis=-1) > _STILL_M
-    return np.where(moved, np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))), 90.0)
+    return np.asarray(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))))
 
 
 def motion_gain(

@@ -7,6 +7,7 @@ back of the reversibility prior is taken to start where it ends: B(s') is B(s) w
 ``tests/models/test_linear_loss.py`` holds this file against automatic differentiation.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ from jaxtyping import Float
 from .alignment import PriorWeights
 from .priors import STILL, TIP, ConsistencyForm, SupervisedForm
 
-Rows = Float[np.ndarray, "rows columns"]
+Rows = Float[np.ndarray, "rows _"]
 
 
 class AlignmentParameters:
@@ -146,7 +147,7 @@ def _supervised(change: Rows, intended: Rows, pull: np.ndarray, form: Supervised
         return _mean(square)
     distance = np.sqrt(square + TIP)
     pull += missed / (distance[:, None] * len(missed))
-    return _mean(distance)
+    return _mean(distance) - math.sqrt(TIP)
 
 
 def _priors(

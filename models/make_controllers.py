@@ -1,7 +1,6 @@
 """Makes the pretrained controllers: ``python -m models.make_controllers --task plane``."""
 
 import argparse
-import os
 import sys
 from dataclasses import asdict
 from pathlib import Path
@@ -74,6 +73,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    # Two threads on two shared cores are slower than one, and may round differently.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     sys.exit(main())

@@ -33,7 +33,7 @@ import numpy as np
 from .errors import PandaPackError
 from .panda import LINK_NAMES
 
-PACK_VERSION = 1
+PACK_VERSION = 2
 SOURCE = "example-robot-data 6.0.0"
 # SHA-256 of the wheel as the package index serves it; requirements/panda.lock holds the same.
 WHEEL_SHA256 = "424092a8093411ac2cd4ccc0572382bfc6b5eb4833aa984ef5e671dd67cd0a6e"
@@ -41,6 +41,7 @@ _WHEEL_FOLDER = "cmeel.prefix/share/example-robot-data/robots/panda_description/
 _PACKAGE_URL = "package://example-robot-data/robots/panda_description/"
 _VISUAL_SHARE = 0.15  # of the triangles; indistinguishable on a screen (measured in screenshots)
 _GHOST_SHARE = 0.08
+_GHOST_INSET_M = 0.004
 _SMOOTH_ANGLE_RAD = np.radians(35.0)
 
 
@@ -190,7 +191,9 @@ def _build_meshes(source: Path, target: Path) -> None:
         scene = trimesh.Scene(pieces)
         (target / "visual" / f"{link}.glb").write_bytes(scene.export(file_type="glb"))
         ghost = trimesh.util.concatenate(ghost_pieces)
-        ghosts[f"{link}.vertices"] = ghost.vertices.astype(np.float32)
+        # Drawn where the arm itself is, the ghost would flicker through it: it is a little thinner.
+        inset = ghost.vertices - _GHOST_INSET_M * ghost.vertex_normals
+        ghosts[f"{link}.vertices"] = inset.astype(np.float32)
         ghosts[f"{link}.faces"] = ghost.faces.astype(np.uint32)
         print(f"  {link}: {sum(len(p.faces) for p in pieces)} triangles", flush=True)  # noqa: T201
     np.savez_compressed(target / "ghost.npz", allow_pickle=False, **ghosts)

@@ -23,8 +23,9 @@ SupervisedForm = Literal["unsquared", "squared"]
 
 # Keeps the scale-free form finite where nothing moves; in squared units of the RMS step.
 STILL = 0.01
-# Rounds the tip of the unsquared distance, where it has no gradient; in the same units, squared.
-TIP = 1e-6
+# Rounds the tip of the unsquared distance over a tenth of a step, squared: below that an answer is
+# as noisy as people are, and its square is averaged better; above it may be wrong.
+TIP = 0.1**2
 
 
 def supervised_loss(
@@ -48,7 +49,7 @@ def supervised_loss(
     """
     _, change = displacement(h, s)
     square = torch.sum((change - intended) ** 2, dim=-1)
-    return torch.mean(torch.sqrt(square + TIP) if form == "unsquared" else square)
+    return torch.mean(torch.sqrt(square + TIP) - TIP**0.5 if form == "unsquared" else square)
 
 
 def proportionality_loss(

@@ -17,6 +17,8 @@ _STEPS = 40
 _SPARE = 2
 # A shown move may go over the edge of the workspace by as much as the controller was trained to.
 _OVER_EDGE_M = 0.04
+# The state hardly changes what z does within a step: each iteration gains a factor of ten.
+_BACKWARD_ITERATIONS = 6
 # A shown move is this long at most; only moves that keep to the workspace are shown.
 SHOWN_STEPS = 10
 
@@ -124,8 +126,7 @@ def make_query(
     """The move to show for a sample: driven with constant ``z`` for ``steps`` steps, through ``s``.
 
     The move begins half of the steps before ``s``, so that an answer given for the whole move is
-    about its middle, and so about ``s``. (The way back to the beginning is found by stepping
-    against the controller; ``Query.s`` is where the move then passes, within a millimetre.)
+    about its middle: the step from ``s`` to ``next_s``, which is the one that is learned from.
 
     Raises:
         ShapeError: If ``s`` or ``z`` is a batch.
@@ -135,11 +136,18 @@ def make_query(
         raise ShapeError("A query is made for one state and one latent action.")
     if steps < 1:
         raise InputError("A move has at least one step.")
-    middle = steps // 2
-    q = s
-    for _ in range(middle):
-        q = np.clip(q - controller.decode(z, q) * DT_S, Q_MIN, Q_MAX)
-    path = [q]
-    for _ in range(steps):
+    path = [s]
+    for _ in range(steps // 2):
+        path.insert(0, _state_before(controller, z, path[0]))
+    while len(path) <= steps:
         path.append(controller.next_state(z, path[-1], DT_S))
+    middle = steps // 2
     return Query(s=path[middle], z=z, next_s=path[middle + 1], path=np.stack(path))
+
+
+def _state_before(controller: LatentController, z: LatentAction, s: JointPositions) -> np.ndarray:
+    """The state from which one step with ``z`` leads to ``s``, by fixed-point iteration."""
+    before = s
+    for _ in range(_BACKWARD_ITERATIONS):
+        before = np.clip(s - controller.decode(z, before) * DT_S, Q_MIN, Q_MAX)
+    return before

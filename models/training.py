@@ -43,9 +43,9 @@ class TrainingSettings:
         consistency: Form of the consistency prior.
     """
 
-    steps: int = 1200
-    batch: int = 48
-    learning_rate: float = 5e-3
+    steps: int = 800
+    batch: int = 32
+    learning_rate: float = 1e-2
     gamma: float = 1.0
     supervised: SupervisedForm = "unsquared"
     consistency: ConsistencyForm = "scale-free"

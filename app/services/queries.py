@@ -23,12 +23,13 @@ from models.tasks import get_task
 
 # At most this many questions for each label wanted.
 SPARE_FACTOR = 2
-# With fewer labels than this there is nothing to learn from (two directions and a check).
-LABELS_NEEDED = 3
+# With fewer labels than this a mirrored idea of the stick may be taken for a turned one.
+LABELS_NEEDED = 5
 # A move is shown for a second, ten steps of the controller's 0.1 s.
 SHOWN_STEPS = 10
-# The smallest change of the hand in one step that people can tell the direction of, in [m].
-SMALLEST_MOVE_M = 0.007
+# The smallest change of the hand in one step that is asked about, in [m]: moves long enough for
+# people to tell the direction of, and for those who always push the stick to its end.
+SMALLEST_MOVE_M = 0.012
 # Streams of a participant's randomness: the same seed, never the same numbers.
 _POOL, _CHOICE = 1, 2
 

@@ -9,7 +9,11 @@ from jaxtyping import TypeCheckError
 from numpy.testing import assert_allclose, assert_array_equal
 
 from models.checkpoints import PRETRAINED, read_checkpoint
-from models.controller_training import ControllerSettings, fit_controller
+from models.controller_training import (
+    ConditionalAutoencoder,
+    ControllerSettings,
+    fit_controller,
+)
 from models.errors import ShapeError
 from models.panda import Q_MAX, Q_MIN
 from models.reference_training import decode_torch
@@ -98,6 +102,13 @@ def test_every_latent_direction_moves_the_hand_in_the_plane(controller, kinemati
 @pytest.fixture(scope="module")
 def few_demonstrations(plane, kinematics):
     return plane.demonstrations(kinematics, np.random.default_rng(0), 60, 12, disturbed=True)
+
+
+def test_the_autoencoder_learns_with_its_decoder_at_rest_subtracted():
+    network = ConditionalAutoencoder(hidden=8)
+    s = torch.randn(6, 7)
+    assert not network.decode(torch.zeros(6, 2), s).any()
+    assert network.decode(torch.ones(6, 2), s).all()
 
 
 def fit(plane, kinematics, demonstrations, steps, seed=0, on_progress=None):

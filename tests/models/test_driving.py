@@ -1,9 +1,7 @@
 """Three minutes of driving: the hand must stay in the plane and keep pointing down."""
 
 import numpy as np
-import pytest
 
-from models.mapping import Mapping
 from models.panda import Q_MAX, Q_MIN
 
 RATE_HZ = 60
@@ -11,11 +9,7 @@ DRIVE_S = 180
 DRIVERS = 4
 
 
-@pytest.mark.parametrize("aligned", [True, False])
-def test_the_hand_stays_in_the_plane_and_points_down(
-    aligned, person, controller, kinematics, plane, rng
-):
-    mapping = person.mapping if aligned else Mapping(controller)
+def test_the_hand_stays_in_the_plane_and_points_down(person, kinematics, plane, rng):
     low, high = plane.workspace
     q = np.tile(plane.home_q, (DRIVERS, 1))
     h, target = np.zeros((DRIVERS, 2)), np.zeros((DRIVERS, 2))
@@ -28,7 +22,7 @@ def test_the_hand_stays_in_the_plane_and_points_down(
             )
             target = np.where(rng.random((DRIVERS, 1)) < 0.4, wish, target)
         h += (target - h) / RATE_HZ / 0.15
-        a = mapping(h, q)
+        a = person.mapping(h, q)
         if tick % 6 == 0:
             pose, jacobian = kinematics.hand_pose(q), kinematics.jacobian(q)[:, :2]
             heights.append(pose.position[:, 2])

@@ -60,7 +60,8 @@ def test_the_field_shows_a_move_for_every_side_at_every_point(person, kinematics
     field = learned_field(person.mapping, kinematics, plane, grid=(3, 4))
     assert field.points.shape == (12, 2)
     assert field.moves.shape == (12, 4, 2)
-    meant = person.human.wish(np.array(list(STICKS.values())))
+    assert tuple(STICKS) == ("up", "down", "left", "right")
+    meant = person.human.wish(np.array([[0.0, 1.0], [0.0, -1.0], [-1.0, 0.0], [1.0, 0.0]]))
     assert_allclose(field.moves, np.tile(meant, (12, 1, 1)), atol=0.006)
 
 

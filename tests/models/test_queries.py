@@ -34,9 +34,8 @@ def test_an_empty_pool_is_refused(plane, controller, kinematics, rng):
 
 
 def test_no_question_is_asked_twice_and_every_move_can_be_seen(pool, rng):
-    chosen = choose_queries(pool, 20, rng, SMALLEST_M)
-    assert len(set(chosen)) == 20
-    assert pool.travel_m[chosen].min() >= SMALLEST_M
+    fit = np.flatnonzero(pool.can_show & (pool.travel_m >= SMALLEST_M))
+    assert sorted(choose_queries(pool, len(fit), rng, SMALLEST_M)) == fit.tolist()
 
 
 def test_questions_are_drawn_at_random_from_all_that_fit(pool):
@@ -61,7 +60,7 @@ def test_a_shown_move_passes_through_its_sample(pool, controller, rng):
         query = make_query(controller, pool.states[index], pool.latents[index], SHOWN_STEPS)
         assert query.path.shape == (SHOWN_STEPS + 1, 7)
         assert_array_equal(query.s, pool.states[index])
-        assert_array_equal(query.next_s, pool.next_states[index])
+        assert_allclose(query.next_s, pool.next_states[index], atol=1e-12)
         z = np.tile(query.z, (SHOWN_STEPS, 1))
         driven = controller.next_state(z, query.path[:-1], 0.1)
         assert_allclose(query.path[1:], driven, atol=1e-5)

@@ -80,11 +80,11 @@ def test_someone_who_can_say_nothing_is_told_what_is_missing(database: Database)
             queries.record(db, participant, make_answer(query, h=None), WANTED)
         questions = queries.asked(db, participant, WANTED)
         assert not queries.is_complete(questions)
-        assert "at least 3 moves" in (queries.notice(questions) or "")
-        for query in rows[:3]:
+        assert "at least 5 moves" in (queries.notice(questions) or "")
+        for query in rows[:5]:
             queries.record(db, participant, make_answer(query), WANTED)
         questions = queries.asked(db, participant, WANTED)
-        assert len(queries.labels_of(questions)) == 3
+        assert len(queries.labels_of(questions)) == 5
         assert queries.notice(questions) is None
 
 

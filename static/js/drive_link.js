@@ -1,0 +1,84 @@
+// drive_link.js — keeps a drive open and says where the stick is, 30 times a second.
+import { ApiError } from './api.js'
+import { newId } from './ids.js'
+
+const SAY_MS = 1000 / 30
+// The server may need a moment to tell of a drive it has opened.
+const GRACE_MS = 1500
+
+export class DriveLink {
+  /**
+   * @param {import('./visit.js').Visit} visit
+   * @param {import('./live.js').Live} live
+   * @param {() => import('./api.js').Stick} readStick
+   */
+  constructor(visit, live, readStick) {
+    this.visit = visit
+    this.live = live
+    this.readStick = readStick
+    this.seq = 0
+    this.driveId = null
+    this.openedAt_ms = 0
+    this.stop = new AbortController()
+    /** @type {AbortController | null} */
+    this.opening = null
+    this.strategy = ''
+    this.isRefused = false
+    const { signal } = this.stop
+    this.timer = setInterval(() => this.#say(), SAY_MS)
+    live.addEventListener('open', () => void this.open(this.strategy), { signal })
+    live.addEventListener('closed', () => (this.driveId = null), { signal })
+    live.addEventListener('status', () => this.#check(), { signal })
+    document.addEventListener('visibilitychange', () => this.hold(), { signal })
+    addEventListener('blur', () => document.hasFocus() || this.hold(), { signal })
+  }
+
+  get isOpening() {
+    return this.opening !== null
+  }
+
+  /** Open a drive; the one before ends. @param {string} strategy */
+  async open(strategy) {
+    this.strategy = strategy
+    this.isRefused = false
+    this.opening?.abort()
+    const opening = new AbortController()
+    this.opening = opening
+    try {
+      const drive = await this.visit.api.postSurely('drives', { id: newId(), strategy }, { signal: opening.signal })
+      this.driveId = drive.id
+      this.openedAt_ms = performance.now()
+    } catch (error) {
+      if (opening.signal.aborted) return
+      this.isRefused = error instanceof ApiError
+      this.visit.explain(error)
+    } finally {
+      if (this.opening === opening) this.opening = null
+    }
+  }
+
+  hold() {
+    this.live.send({ type: 'hold' })
+  }
+
+  close() {
+    clearInterval(this.timer)
+    this.stop.abort()
+    this.opening?.abort()
+    this.hold()
+  }
+
+  /** The server holds no drive although we opened one (a restart, an hour away): open another. */
+  #check() {
+    const isLost = this.live.status?.mode !== 'driving' && this.live.status?.has_stick
+    if (isLost && !this.isOpening && !this.isRefused && performance.now() - this.openedAt_ms > GRACE_MS) void this.open(this.strategy)
+  }
+
+  #say() {
+    const { status } = this.live
+    if (document.visibilityState !== 'visible' || status?.mode !== 'driving' || !status.has_stick) return
+    const { x, y } = this.readStick()
+    this.seq += 1
+    this.live.send({ type: 'stick', seq: this.seq, x, y, sent_ms: performance.now() })
+  }
+}

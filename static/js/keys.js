@@ -1,0 +1,58 @@
+// keys.js — the keyboard, without taking keys from whoever else needs them.
+import { STEERING_KEYS } from './joystick.js'
+
+// Places where arrows, letters or Enter already mean something.
+const FIELDS = 'input, textarea, select, [contenteditable], [role=radiogroup], dialog'
+const PRESSABLE = 'button, a[href], summary'
+
+/** @param {KeyboardEvent} event */
+export function isTaken(event) {
+  if (event.ctrlKey || event.altKey || event.metaKey || event.isComposing) return true
+  return event.target instanceof Element && event.target.closest(FIELDS) !== null
+}
+
+/** Tells of steering keys, and of single keys that are short for a button. */
+export class Keys {
+  /**
+   * @param {import('./joystick.js').StickState} state
+   * @param {Record<string, () => void>} [shortcuts] by KeyboardEvent.code
+   * @param {(code: string) => void} [onTap]
+   */
+  constructor(state, shortcuts = {}, onTap = () => {}) {
+    this.state = state
+    this.shortcuts = shortcuts
+    this.onTap = onTap
+    this.isOn = true
+    this.listening = new AbortController()
+    const { signal } = this.listening
+    addEventListener('keydown', (event) => this.#down(event), { signal })
+    addEventListener('keyup', (event) => this.#up(event), { signal })
+  }
+
+  close() {
+    this.listening.abort()
+  }
+
+  #down(event) {
+    this.state.isGentle = event.shiftKey
+    if (event.ctrlKey || event.altKey || event.metaKey) this.state.held.clear()
+    if (!this.isOn || isTaken(event)) return
+    if (event.code in STEERING_KEYS) {
+      event.preventDefault()
+      if (event.repeat) return
+      this.state.press(event.code)
+      this.onTap(event.code)
+      return
+    }
+    if (event.repeat || !(event.code in this.shortcuts)) return
+    const isPress = event.code === 'Enter' && event.target instanceof Element && event.target.closest(PRESSABLE)
+    if (isPress) return
+    event.preventDefault()
+    this.shortcuts[event.code]()
+  }
+
+  #up(event) {
+    this.state.isGentle = event.shiftKey
+    this.state.release(event.code)
+  }
+}

@@ -1,0 +1,30 @@
+// link_card.js — a fresh participant link, shown once, with a button to copy it.
+import { ICONS, html, icon } from './element.js'
+
+/** @param {{label: string, link: string}} made @param {() => void} onClose @returns {HTMLElement} */
+export function linkCard({ label, link }, onClose) {
+  const field = /** @type {HTMLInputElement} */ (html('input', {
+    class: 'link-field', readonly: true, value: link, 'aria-label': `Link of ${label}`, 'data-testid': 'link', onfocus: () => field.select(),
+  }))
+  const words = html('span', {}, 'Copy')
+  const copy = html('button', { class: 'button primary', type: 'button', 'data-testid': 'copy', onclick: async () => {
+    words.textContent = (await copied(link, field)) ? 'Copied' : 'Press Ctrl+C'
+    setTimeout(() => (words.textContent = 'Copy'), 2500)
+  } }, icon(ICONS.copy), words)
+  return html('section', { class: 'link-card', 'aria-label': `New link for ${label}` },
+    html('h2', {}, `Link for ${label}`),
+    html('p', { class: 'quiet small' }, 'It is shown only now; who has it takes part as this person.'),
+    html('div', { class: 'link-line' }, field, copy, html('button', { class: 'button plain-text', type: 'button', onclick: onClose }, 'Done')))
+}
+
+/** The clipboard needs a secure context; the selected field serves elsewhere. */
+async function copied(text, field) {
+  try {
+    await navigator.clipboard.writeText(text)
+    return true
+  } catch {
+    field.focus()
+    field.select()
+    return document.execCommand('copy')
+  }
+}

@@ -1,0 +1,138 @@
+// driving.js — the person drives the arm, under one strategy or another.
+import { DriveLink } from '../drive_link.js'
+import { ICONS, html, icon } from '../element.js'
+import { LearnedDialog } from '../learned_dialog.js'
+import { StickInputs, eachFrame } from '../stick_inputs.js'
+import { StrategyChoice } from '../strategy_choice.js'
+
+const HOLDS = {
+  released: 'Released: the arm holds',
+  silent: 'No signal: the arm holds',
+  edge: 'At the edge of where it can go',
+  'moving-home': 'Going back to the start',
+}
+const READOUT_MS = 250
+
+/** @param {HTMLElement} root @param {import('../participant.js').Context} context @returns {() => void} unmount */
+export function mountDriving(root, context) {
+  const step = new DrivingStep(root, context)
+  return () => step.close()
+}
+
+class DrivingStep {
+  constructor(root, { visit, live, scene, banners }) {
+    this.visit = visit
+    this.live = live
+    this.banners = banners
+    const { strategies } = visit.session
+    this.strategy = strategies[0].name
+    this.last = null
+    this.readAt_ms = 0
+    const shortcuts = Object.fromEntries(strategies.map(({ name }, index) => [`Digit${index + 1}`, () => this.choose(name)]))
+    this.inputs = new StickInputs({
+      label: 'Joystick',
+      hint: 'Hold the arrow keys or W, A, S, D to move the arm; let go and it holds. Two keys make a diagonal; Shift is gentle.',
+      shortcuts: { ...shortcuts, KeyH: () => this.home() },
+    })
+    this.choice = new StrategyChoice(strategies, (name) => this.choose(name))
+    this.learned = new LearnedDialog(visit, (isOpen) => {
+      this.follow()
+      if (!isOpen) this.inputs.pad.focus()
+    })
+    this.link = new DriveLink(visit, live, () => this.inputs.read(performance.now()))
+    this.#build(root, scene)
+    this.listening = new AbortController()
+    live.addEventListener('status', () => this.follow(), { signal: this.listening.signal })
+    live.addEventListener('closed', () => this.follow(), { signal: this.listening.signal })
+    this.stopDrawing = eachFrame((now_ms) => this.inputs.pad.draw(this.inputs.read(now_ms)))
+    this.#begin(this.strategy)
+    this.follow()
+  }
+
+  choose(name) {
+    this.#begin(name)
+    this.inputs.pad.focus()
+  }
+
+  #begin(name) {
+    this.strategy = name
+    this.choice.draw(name)
+    if (this.live.isOpen) void this.link.open(name)
+    else this.link.strategy = name
+  }
+
+  home() {
+    this.live.send({ type: 'home' })
+    this.inputs.pad.focus()
+  }
+
+  /** What the arm does, in words. */
+  follow() {
+    const { status } = this.live
+    const isElsewhere = status !== null && !status.has_stick
+    if (isElsewhere) {
+      this.banners.show('stick', 'You are steering in another tab.', { button: 'Steer here', testid: 'take-stick', onPress: () => this.take() })
+    } else if (status !== null) {
+      this.banners.clear('stick')
+    }
+    const isOn = !isElsewhere && !this.learned.isOpen
+    if (this.inputs.isOn !== isOn) this.inputs.enabled = isOn
+    if (status?.strategy && !this.link.isOpening && status.strategy !== this.strategy) {
+      this.strategy = status.strategy
+      this.link.strategy = status.strategy
+      this.choice.draw(status.strategy)
+    }
+    const words = this.#words(status)
+    if (this.hold.textContent !== words) this.hold.textContent = words
+    this.hold.dataset.hold = status === null ? 'offline' : (status.hold ?? 'moving')
+    this.hold.dataset.drive = status?.drive_id ?? ''
+    if (status) this.#read(status)
+  }
+
+  take() {
+    this.live.send({ type: 'take' })
+    this.inputs.pad.focus()
+  }
+
+  close() {
+    this.listening.abort()
+    this.stopDrawing()
+    this.link.close()
+    this.inputs.close()
+    this.learned.close()
+    this.banners.clear('stick')
+  }
+
+  #words(status) {
+    if (status === null) return 'Not connected: the arm holds'
+    if (!status.has_stick) return 'Steered from another tab'
+    if (status.mode !== 'driving') return 'Getting the arm ready…'
+    return status.hold === null ? 'Moving' : HOLDS[status.hold]
+  }
+
+  #read({ hand }) {
+    const now_ms = performance.now()
+    const dt_s = (now_ms - this.readAt_ms) / 1000
+    if (dt_s * 1000 < READOUT_MS) return
+    const speed = this.last === null ? 0 : (100 * Math.hypot(...hand.map((value, axis) => value - this.last[axis]))) / dt_s
+    this.last = hand
+    this.readAt_ms = now_ms
+    const [forward, left] = hand.map((value) => Math.round(100 * value))
+    const side = left === 0 ? 'in the middle' : `${Math.abs(left)} cm ${left > 0 ? 'left' : 'right'}`
+    this.readout.textContent = `${speed < 10 ? speed.toFixed(1) : Math.round(speed)} cm/s · hand ${forward} cm forward, ${side}`
+  }
+
+  #build(root, scene) {
+    this.hold = html('p', { class: 'hold', role: 'status', 'data-testid': 'hold' })
+    this.readout = html('p', { class: 'readout', 'data-testid': 'readout', 'aria-hidden': 'true' })
+    scene.tools.append(this.readout)
+    const home = html('button', { class: 'button', type: 'button', 'data-testid': 'home', 'aria-keyshortcuts': 'H', onclick: () => this.home() },
+      icon(ICONS.home), 'Back to the start', html('kbd', { 'aria-hidden': 'true' }, 'H'))
+    const learned = html('button', { class: 'button plain-text', type: 'button', 'data-testid': 'see-learned', onclick: () => this.learned.open() }, 'See what it learned')
+    root.append(html('div', { class: 'driving' },
+      html('h1', { tabindex: -1 }, 'Drive the arm'),
+      this.choice.element, this.inputs.pad.element, this.hold,
+      html('div', { class: 'driving-end' }, home, learned)),
+    this.learned.element)
+  }
+}

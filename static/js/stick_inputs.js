@@ -1,0 +1,99 @@
+// stick_inputs.js — one stick for a step: the pad, the keyboard and the gamepads feed one state.
+import { readGamepads } from './gamepads.js'
+import { STEERING_KEYS, StickState } from './joystick.js'
+import { Keys } from './keys.js'
+import { StickPad } from './stick_pad.js'
+
+const NO_BUTTONS = new Set()
+const POINTERS = { mouse: 'mouse', touch: 'finger', pen: 'pen' }
+
+export class StickInputs {
+  /**
+   * @param {object} options
+   * @param {string} options.label
+   * @param {string} options.hint
+   * @param {string} [options.says]
+   * @param {Record<string, () => void>} [options.shortcuts] keys, by KeyboardEvent.code
+   * @param {Record<number, () => void>} [options.buttons] gamepad buttons, by number
+   * @param {(direction: import('./api.js').Stick) => void} [options.onTap] a steering key went down
+   * @param {(h: import('./api.js').Stick | null) => void} [options.onPointer]
+   */
+  constructor({ label, hint, says, shortcuts = {}, buttons = {}, onTap = () => {}, onPointer = () => {} }) {
+    this.state = new StickState()
+    this.buttons = buttons
+    this.pressed = NO_BUTTONS
+    this.pointerKind = 'mouse'
+    this.gamepadName = null
+    this.pad = new StickPad({ label, hint, says, onMove: (h, kind) => {
+      this.state.movePointer(h)
+      if (h !== null) this.pointerKind = kind
+      onPointer(h)
+    } })
+    this.keys = new Keys(this.state, shortcuts, (code) => {
+      const [x, y] = STEERING_KEYS[code]
+      onTap({ x, y })
+    })
+    this.listening = new AbortController()
+    const { signal } = this.listening
+    addEventListener('blur', () => this.letGo(), { signal })
+    document.addEventListener('visibilitychange', () => this.letGo(), { signal })
+  }
+
+  /** @param {boolean} isOn */
+  set enabled(isOn) {
+    this.pad.enabled = isOn
+    this.keys.isOn = isOn
+    if (!isOn) this.state.letGo()
+  }
+
+  get isOn() {
+    return this.keys.isOn
+  }
+
+  /** @param {number} now_ms @returns {import('./api.js').Stick} */
+  read(now_ms) {
+    this.#readGamepads()
+    return this.state.read(now_ms)
+  }
+
+  /** @returns {string | null} the device in words; null while nothing was touched. */
+  get deviceName() {
+    if (this.state.device === 'pointer') return POINTERS[this.pointerKind] ?? 'pointer'
+    if (this.state.device === 'keys') return 'keys'
+    return this.state.device === 'gamepad' ? this.gamepadName : null
+  }
+
+  letGo() {
+    this.pad.drop()
+    this.state.letGo()
+  }
+
+  close() {
+    this.listening.abort()
+    this.keys.close()
+    this.pad.close()
+  }
+
+  #readGamepads() {
+    // A window in the background must not steer.
+    const reading = document.hasFocus() ? readGamepads() : null
+    this.gamepadName = reading?.name ?? null
+    const pressed = reading?.pressed ?? NO_BUTTONS
+    if (reading !== null && this.isOn) {
+      this.state.moveGamepad(reading.h)
+      for (const button of pressed) if (!this.pressed.has(button)) this.buttons[button]?.()
+    }
+    this.pressed = pressed
+  }
+}
+
+/** Calls back for each picture drawn, with the time since the last one; returns how to stop. */
+export function eachFrame(draw) {
+  let last_ms = performance.now()
+  let frame = requestAnimationFrame(function next(now_ms) {
+    frame = requestAnimationFrame(next)
+    draw(now_ms, Math.min(0.1, Math.max(0, now_ms - last_ms) / 1000))
+    last_ms = now_ms
+  })
+  return () => cancelAnimationFrame(frame)
+}
