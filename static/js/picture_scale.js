@@ -6,6 +6,8 @@ const WANTED_MS = 50
 const SLOW_MS = 90
 const SAMPLES = 5
 const SMALLEST = 0.3
+// A smaller frame than this cuts the picture off instead of shrinking it.
+const LEAST_PX = 240
 
 /** Fed with the time between frames; only ever coarser, so that it does not swing. */
 export class PictureScale {
@@ -52,9 +54,12 @@ export function keepInTime(frame) {
       return
     }
     if (last_ms !== null && picture.feed(now_ms - last_ms)) {
-      frame.style.width = frame.style.height = `${100 * picture.scale}%`
-      frame.style.transform = `scale(${1 / picture.scale})`
-      frame.dataset.scale = picture.scale.toFixed(2)
+      const stage = frame.parentElement.getBoundingClientRect()
+      const floor = Math.min(1, LEAST_PX / Math.min(stage.width, stage.height))
+      const scale = Math.max(picture.scale, floor)
+      frame.style.width = frame.style.height = `${100 * scale}%`
+      frame.style.transform = `scale(${1 / scale})`
+      frame.dataset.scale = scale.toFixed(2)
       last_ms = null
       return
     }

@@ -188,7 +188,8 @@ def test_with_learning_switched_off_the_promise_is_not_kept(
 def errors_of_one_visit(
     browser: Browser, arm: Arm, data_dir: Path, server: RunningServer, person: SimulatedHuman
 ) -> dict[str, float]:
-    visitor = Visitor(browser, server.participant_link)
+    # Half the pixels: without a graphics card the picture costs more than all else.
+    visitor = Visitor(browser, server.participant_link, device_scale_factor=0.5)
     participant_id = teach(visitor, person, data_dir)
     for strategy in ("all-priors", "no-align"):
         drive(visitor, person, strategy)

@@ -1,0 +1,194 @@
+"""The page as people treat it: reloading, going back, two tabs, keys alone, a server that dies."""
+
+import re
+from collections.abc import Generator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from tests.browser.visitor import PHONE, Visitor
+from tests.running_server import Participant, RunningServer, running_server
+
+HALF_PIXELS = {"device_scale_factor": 0.5}
+
+
+@pytest.fixture
+def server(tmp_path: Path) -> Generator[RunningServer]:
+    with running_server(tmp_path) as server:
+        yield server
+
+
+@pytest.fixture
+def visitor(browser: Browser, server: RunningServer) -> Generator[Visitor]:
+    visitor = Visitor(browser, server.participant_link, **HALF_PIXELS)
+    yield visitor
+    assert visitor.complaints == []
+    visitor.close()
+
+
+def answers(visitor: Visitor) -> list[object]:
+    return [query["answer"] for query in Participant(visitor.link).session()["queries"]]
+
+
+def test_reloading_at_every_step_keeps_the_place_and_what_was_given(visitor: Visitor) -> None:
+    def reload_at(step: str) -> None:
+        visitor.wait_for_step(step)
+        visitor.page.reload()
+        visitor.wait_for_step(step)
+
+    reload_at("consent")
+    visitor.click("begin")
+    reload_at("practice")
+    visitor.click("ready")
+    reload_at("queries")
+    visitor.answer(0.5, 0.5)
+    visitor.answer(-0.5, 0.5)
+    given = answers(visitor)
+    reload_at("queries")
+    assert visitor.question() == 3
+    assert answers(visitor) == given
+    for number in range(3, 8):
+        visitor.answer(0.2 * (number - 5), -0.7)
+    reload_at("training")
+    visitor.click("drive")
+    reload_at("driving")
+    visitor.press_stick(0.0, 0.8)
+    visitor.wait(lambda: visitor.status.get("hold") is None and visitor.status != {})
+    visitor.release_stick()
+    assert len([answer for answer in answers(visitor) if answer is not None]) == 7
+
+
+def test_leaving_and_coming_back_with_the_back_button_repeats_nothing(visitor: Visitor) -> None:
+    visitor.begin()
+    visitor.answer(0.5, 0.5)
+    given = answers(visitor)
+    visitor.page.goto("about:blank")
+    visitor.page.go_back()
+    visitor.wait_for_step("queries")
+    assert visitor.question() == 2
+    assert answers(visitor) == given
+
+
+def test_an_earlier_answer_can_be_seen_and_changed(visitor: Visitor) -> None:
+    visitor.begin()
+    visitor.answer(0.6, 0.0)
+    visitor.click("query-dot-1")
+    visitor.wait(lambda: visitor.question() == 1)
+    stick = visitor.page.get_by_test_id("stick")
+    expect(stick).to_have_attribute("data-x", re.compile(r"^0\.[56]"))
+    visitor.press_stick(0.0, -0.7)
+    visitor.release_stick()
+    visitor.click("confirm")
+    visitor.wait(lambda: answers(visitor)[0]["h"][1] < -0.5)  # type: ignore[index]
+
+
+def test_i_cannot_say_brings_another_question(visitor: Visitor) -> None:
+    visitor.begin()
+    assert "of 7" in visitor.text("question")
+    visitor.click("cant-say")
+    visitor.wait(lambda: "of 8" in visitor.text("question"))
+    assert answers(visitor)[0]["h"] is None  # type: ignore[index]
+
+
+def test_keys_alone_are_enough_even_after_a_click_into_the_picture(visitor: Visitor) -> None:
+    keyboard = visitor.page.keyboard
+    visitor.wait_for_step("consent")
+    visitor.page.get_by_test_id("begin").focus()
+    keyboard.press("Enter")
+    visitor.wait_for_step("practice")
+    visitor.page.get_by_test_id("ready").focus()
+    keyboard.press("Enter")
+    visitor.wait_for_step("queries")
+    visitor.page.locator("iframe").click()
+    for number in range(1, 8):
+        visitor.wait(lambda number=number: visitor.question() == number)
+        keyboard.down("ArrowUp" if number % 2 else "d")
+        visitor.page.wait_for_timeout(400)
+        keyboard.up("ArrowUp" if number % 2 else "d")
+        keyboard.press("Enter")
+    visitor.wait_for_step("training")
+    given = [answer["h"] for answer in answers(visitor)]  # type: ignore[index]
+    assert all(h[1] > 0.3 and abs(h[0]) < 0.1 for h in given[::2])
+    assert all(h[0] > 0.3 and abs(h[1]) < 0.1 for h in given[1::2])
+
+
+def test_the_newest_tab_steers_and_the_older_one_says_so(visitor: Visitor) -> None:
+    visitor.begin()
+    for number in range(7):
+        visitor.answer(0.3 * (number - 3), 0.5)
+    visitor.wait_for_step("training")
+    visitor.click("drive")
+    visitor.wait_for_step("driving")
+    older = visitor.page
+    visitor.page = visitor.open_tab()
+    visitor.wait_for_step("driving")
+    expect(older.get_by_test_id("take-stick")).to_be_visible(timeout=20_000)
+    older.bring_to_front()
+    older.get_by_test_id("take-stick").click()
+    expect(older.get_by_test_id("take-stick")).to_be_hidden(timeout=20_000)
+    expect(visitor.page.get_by_test_id("take-stick")).to_be_visible(timeout=20_000)
+
+
+def test_the_page_outlives_a_killed_server(browser: Browser, tmp_path: Path) -> None:
+    server = RunningServer(tmp_path)
+    visitor = Visitor(browser, server.participant_link, **HALF_PIXELS)
+    visitor.begin()
+    visitor.answer(0.5, 0.5)
+    server.kill()
+    expect(visitor.page.get_by_test_id("banner")).to_be_visible(timeout=20_000)
+    visitor.press_stick(-0.5, 0.5)
+    visitor.release_stick()
+    visitor.click("confirm")  # nobody is there to take it
+    visitor.page.wait_for_timeout(1500)
+    with running_server(tmp_path, port=server.port):
+        visitor.wait(lambda: visitor.question() == 3, limit_s=30)
+        given = answers(visitor)
+        assert [answer is not None for answer in given] == [True, True, *[False] * 5]
+        expect(visitor.page.get_by_test_id("banner")).to_be_hidden(timeout=20_000)
+        # The picture came back by itself: the next move is played in it.
+        frame = visitor.page.frame_locator("iframe")
+        expect(frame.locator("canvas").first).to_be_visible(timeout=20_000)
+    visitor.close()
+
+
+def test_the_picture_is_the_arm_and_the_table_alone(visitor: Visitor) -> None:
+    visitor.begin()
+    frame = visitor.page.frame_locator("iframe")
+    expect(frame.locator("canvas").first).to_be_visible(timeout=20_000)
+    visible = frame.locator("body *:visible").evaluate_all(
+        "nodes => nodes.filter(n => n.tagName !== 'CANVAS' && !n.querySelector('canvas'))"
+        ".map(n => n.outerHTML.slice(0, 80))"
+    )
+    assert visible == []
+
+
+def test_a_phone_needs_no_scrolling_to_answer_or_to_steer(
+    browser: Browser, server: RunningServer
+) -> None:
+    visitor = Visitor(
+        browser, server.participant_link, PHONE, has_touch=True, is_mobile=True, **HALF_PIXELS
+    )
+    visitor.begin()
+    for name in ("stick", "confirm", "cant-say", "play-again", "question"):
+        box = visitor.page.get_by_test_id(name).bounding_box()
+        assert box is not None
+        assert box["x"] >= 0
+        assert box["y"] >= 0
+        assert box["x"] + box["width"] <= PHONE["width"] + 1
+        assert box["y"] + box["height"] <= PHONE["height"] + 1, name
+    visitor.close()
+
+
+def test_the_dashboard_gives_out_a_link_that_works(browser: Browser, server: RunningServer) -> None:
+    page = browser.new_page()
+    page.goto(server.experimenter_link)
+    page.get_by_test_id("open-dashboard").click()
+    page.wait_for_url("**/dashboard")
+    page.get_by_test_id("new-participant").click()
+    link = page.get_by_test_id("link")
+    expect(link).to_be_visible()
+    text = link.input_value() if link.evaluate("n => 'value' in n") else link.inner_text()
+    assert Participant(text.strip()).session()["step"] == "consent"
+    expect(page.get_by_test_id("participant-P-2")).to_be_visible()
+    page.close()
