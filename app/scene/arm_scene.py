@@ -17,7 +17,7 @@ _SKY = np.linspace((232, 237, 242), (196, 206, 216), 64)  # from top to bottom
 _LIGHT = 0.45  # of viser's environment light: a white arm must not burn out
 # Behind the base and above it, looking where the robot looks: the person's forward is the arm's.
 # High and a little aside, so that the elbow does not hide the hand.
-_CAMERA_POSITION = (-0.40, -0.80, 1.78)
+_CAMERA_POSITION = (-0.32, -0.70, 1.60)
 _CAMERA_LOOK_AT = (0.35, 0.03, 0.14)
 _CAMERA_FOV_RAD = 0.72
 _TRAIL_THICKNESS_M = 0.008
