@@ -1,8 +1,8 @@
-# run · test · check · bench · soak · controllers · lock — each does its own set-up.
+# run · test · check · bench · controllers · lock — each does its own set-up.
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DELETE_ON_ERROR:
-.PHONY: run setup test check bench soak controllers lock clean
+.PHONY: run setup test check bench controllers lock clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -29,14 +29,14 @@ $(VENV)/bin/python:
 	  || { echo "The venv module is missing; on Debian: apt install python3-venv." >&2; exit 1; }
 
 $(VENV)/.run: requirements/run.lock pyproject.toml | $(VENV)/bin/python
-	@echo "── Joymap: installing what it needs (about 1 GB, once; a few minutes)"
-	$(PIP) install --progress-bar on -r requirements/run.lock | grep -v "already satisfied" || true
+	@echo "── Joymap: installing what it needs (once; a few minutes)"
+	$(PIP) install --progress-bar on -r requirements/run.lock
 	$(PIP) install --quiet --no-deps -e .
 	@touch $@
 
 $(VENV)/.test: requirements/test.lock $(VENV)/.run
 	@echo "── Joymap: installing what the tests need"
-	$(PIP) install --progress-bar on -r requirements/test.lock | grep -v "already satisfied" || true
+	$(PIP) install --progress-bar on -r requirements/test.lock
 	@touch $@
 
 $(PANDA)/manifest.json: requirements/panda.lock models/panda_pack.py | $(VENV)/.run
@@ -58,9 +58,6 @@ check: $(VENV)/.test $(PANDA)/manifest.json
 
 bench: $(VENV)/.test $(PANDA)/manifest.json
 	$(BIN)/python -m tests.benchmarks
-
-soak: $(VENV)/.test $(PANDA)/manifest.json
-	$(BIN)/python -m pytest tests/soak -o addopts= -p no:cacheprovider -q
 
 controllers: setup
 	$(BIN)/python -m models.make_controllers
