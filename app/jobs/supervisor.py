@@ -12,7 +12,7 @@ import logging
 import multiprocessing
 from pathlib import Path
 
-from pebble import ProcessExpired, ProcessPool
+from pebble import ProcessPool
 
 from app.jobs import worker
 from app.services import training
@@ -24,6 +24,7 @@ from app.storage.database import Database
 _LOG = logging.getLogger(__name__)
 _POLL_S = 0.05
 _TIME_LIMIT_S = 120.0
+_RETRY_S = 1.0
 
 
 class Supervisor:
@@ -59,15 +60,60 @@ class Supervisor:
             async with asyncio.TaskGroup() as tasks:
                 while True:
                     await free.acquire()
-                    order = await asyncio.to_thread(self._claim)
-                    if order is None:
-                        free.release()
-                        await self._wanted.wait()
-                        self._wanted.clear()
-                    else:
-                        tasks.create_task(self._carry_out(order, free))
+                    order = await self._next()
+                    tasks.create_task(self._carry_out(order, free))
         finally:
             await asyncio.to_thread(self._close)
+
+    async def _next(self) -> TrainingOrder:
+        """Wait for a job and claim it."""
+        while True:
+            try:
+                order = await asyncio.to_thread(self._claim)
+            except Exception:
+                # A full disk, say. The queue is in the database and can wait.
+                _LOG.exception("no job could be claimed; trying again")
+                await asyncio.sleep(_RETRY_S)
+                continue
+            if order is not None:
+                return order
+            await self._wanted.wait()
+            self._wanted.clear()
+
+    async def _carry_out(self, order: TrainingOrder, free: asyncio.Semaphore) -> None:
+        """Train, and keep what came of it; nothing that goes wrong here stops the next one."""
+        progress = order.folder / f"{order.name}.progress"
+        try:
+            try:
+                outcome = await self._train(order, progress)
+            except Exception as error:
+                # Whatever a worker died of, the answers are safe and the attempt is over.
+                _LOG.warning("training %s came to nothing: %r", order.name, error)
+                await asyncio.to_thread(self._give_up, order)
+            else:
+                await asyncio.to_thread(self._finish, order, outcome)
+        except Exception:
+            # It stays marked as running, and is queued again when the server starts anew.
+            _LOG.exception("the end of training %s could not be kept", order.name)
+        finally:
+            progress.unlink(missing_ok=True)
+            free.release()
+            self.wake()  # a failed attempt is queued again
+
+    async def _train(self, order: TrainingOrder, progress: Path) -> TrainingOutcome:
+        if not self._pool.active:
+            # Something beside the workers was killed; what is left of the pool is of no use.
+            await asyncio.to_thread(self._close)
+            self._pool = self._new_pool()
+        done = asyncio.wrap_future(
+            self._pool.schedule(worker.train, args=(order,), timeout=_TIME_LIMIT_S)
+        )
+        seen = 0.0
+        while not done.done():
+            await asyncio.wait({done}, timeout=_POLL_S)
+            seen = await asyncio.to_thread(self._note_progress, order, progress, seen)
+        outcome: TrainingOutcome = done.result()
+        return outcome
 
     def _new_pool(self) -> ProcessPool:
         return ProcessPool(
@@ -89,32 +135,6 @@ class Supervisor:
     def _claim(self) -> TrainingOrder | None:
         with self._database.write() as db:
             return training.claim(db, self._settings, self._folder)
-
-    async def _carry_out(self, order: TrainingOrder, free: asyncio.Semaphore) -> None:
-        progress = order.folder / f"{order.name}.progress"
-        seen = 0.0
-        try:
-            if not self._pool.active:
-                # Something beside the workers was killed; what is left of the pool is of no use.
-                await asyncio.to_thread(self._close)
-                self._pool = self._new_pool()
-            done = asyncio.wrap_future(
-                self._pool.schedule(worker.train, args=(order,), timeout=_TIME_LIMIT_S)
-            )
-            while not done.done():
-                await asyncio.wait({done}, timeout=_POLL_S)
-                seen = await asyncio.to_thread(self._note_progress, order, progress, seen)
-            outcome: TrainingOutcome = done.result()
-        except (ProcessExpired, TimeoutError, Exception) as error:
-            # Whatever a worker died of, the answers are safe and the attempt is over.
-            _LOG.warning("training %s came to nothing: %r", order.name, error)
-            await asyncio.to_thread(self._give_up, order)
-        else:
-            await asyncio.to_thread(self._finish, order, outcome)
-        finally:
-            progress.unlink(missing_ok=True)
-            free.release()
-            self.wake()  # a failed attempt is queued again
 
     def _note_progress(self, order: TrainingOrder, path: Path, seen: float) -> float:
         with contextlib.suppress(FileNotFoundError):
