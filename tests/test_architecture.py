@@ -57,7 +57,9 @@ def test_the_docs_name_files_that_exist() -> None:
 
 def test_the_readmes_commands_are_the_makefiles() -> None:
     makefile = (ROOT / "Makefile").read_text()
-    for command in re.findall(r"make ([a-z]+)", (ROOT / "README.md").read_text()):
+    for command in re.findall(
+        r"(?:^|`)make ([a-z]+)", (ROOT / "README.md").read_text(), re.MULTILINE
+    ):
         assert re.search(rf"^{command}:", makefile, re.MULTILINE), command
 
 
