@@ -5,6 +5,7 @@ seven moves by dragging the stick in a real Chromium, and then drive round the w
 meant is computed from their preference; what the hand did comes from the server's record.
 """
 
+import itertools
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,10 +26,11 @@ from models.panda_pack import PandaPack
 from models.queries import sample_pool
 from models.simulated_human import SimulatedHuman, mirrored, rotated, sensitivity
 from models.tasks import get_task
-from tests.browser.visitor import Visitor
+from tests.browser.visitor import PHONE, Visitor
 from tests.running_server import Participant, RunningServer, running_server
 
 MOST_DEG = 20.0
+STATUSES_WANTED = 75  # of fifteen a second that say the arm is being steered
 AT_EDGE = 1 + HOLDS.index("edge")
 TASK = get_task("plane")
 WAY_POINTS = [(0.40, -0.18), (0.60, -0.18), (0.60, 0.18), (0.40, 0.18), (0.50, 0.0), (0.60, -0.1)]
@@ -96,7 +98,12 @@ def drive(visitor: Visitor, person: SimulatedHuman, strategy: str) -> None:
     visitor.wait(lambda: visitor.status.get("strategy") == strategy)
     visitor.click("home")
     visitor.wait(lambda: visitor.status.get("hold") == "released")
-    for way_point in WAY_POINTS:
+    heard = visitor.steered
+    # Without a graphics card the picture holds up the page, and the arm holds for want of a stick:
+    # go round until it was steered for long enough.
+    for way_point in itertools.islice(itertools.cycle(WAY_POINTS), 10 * len(WAY_POINTS)):
+        if visitor.steered - heard > STATUSES_WANTED and way_point == WAY_POINTS[0]:
+            break
         for _ in range(2):
             way = np.subtract(way_point, visitor.status["hand"][:2])
             if np.linalg.norm(way) < 0.04:
@@ -125,7 +132,7 @@ def driven_error_deg(
     column = {name: rows[:, index] for index, name in enumerate(COLUMNS)}
     stick = np.stack([column["raw_x"], column["raw_y"]], axis=1)
     hand = np.stack([column["hand_x"], column["hand_y"]], axis=1)
-    span = 12  # ticks: a fifth of a second under an unmoved stick
+    span = 6  # ticks: a tenth of a second under an unmoved stick, after as much to settle
     steady = np.array(
         [
             np.linalg.norm(stick[i]) > 0.3
@@ -188,8 +195,8 @@ def test_with_learning_switched_off_the_promise_is_not_kept(
 def errors_of_one_visit(
     browser: Browser, arm: Arm, data_dir: Path, server: RunningServer, person: SimulatedHuman
 ) -> dict[str, float]:
-    # Half the pixels: without a graphics card the picture costs more than all else.
-    visitor = Visitor(browser, server.participant_link, device_scale_factor=0.5)
+    # Few pixels: without a graphics card the picture costs more than all else.
+    visitor = Visitor(browser, server.participant_link, PHONE, device_scale_factor=0.5)
     participant_id = teach(visitor, person, data_dir)
     for strategy in ("all-priors", "no-align"):
         drive(visitor, person, strategy)

@@ -17,6 +17,7 @@ class Visitor:
     def __init__(self, browser: Browser, link: str, viewport: Any = None, **context: Any) -> None:
         self.context = browser.new_context(viewport=viewport or LAPTOP, **context)
         self.complaints: list[str] = []
+        self.steered = 0  # statuses that said the arm was being steered
         self.link = link
         self.page = self.open_tab()
 
@@ -36,6 +37,7 @@ class Visitor:
         message = json.loads(frame)
         if message["type"] == "status":
             self.status = message
+            self.steered += message["mode"] == "driving" and message["hold"] in (None, "edge")
 
     def wait_for_step(self, step: str, limit_s: float = 60.0) -> None:
         place = f"body[data-step='{step}'][data-ready='true']"
@@ -55,10 +57,12 @@ class Visitor:
         self.wait_for_step("queries")
 
     def question(self) -> int:
-        """Which question is on the screen, from 1."""
-        found = re.search(r"(\d+)", self.text("question"))
-        assert found is not None
-        return int(found[1])
+        """Which question is on the screen, from 1; 0 when there is none (any more)."""
+        shown = self.page.evaluate(
+            "document.querySelector('[data-testid=question]')?.innerText ?? ''"
+        )
+        found = re.search(r"(\d+)", shown)
+        return 0 if found is None else int(found[1])
 
     def press_stick(self, x: float, y: float) -> None:
         """Drag the stick from its middle to ``(x, y)`` and keep it there."""
@@ -79,7 +83,7 @@ class Visitor:
         self.press_stick(x, y)
         self.release_stick()
         self.click("confirm")
-        self.wait(lambda: self.step() != "queries" or self.question() != number)
+        self.wait(lambda: self.question() != number)
 
     def step(self) -> str:
         return self.page.locator("body").get_attribute("data-step") or ""
