@@ -103,9 +103,11 @@ def test_keys_alone_are_enough_even_after_a_click_into_the_picture(visitor: Visi
     visitor.page.locator("iframe").click()
     for number in range(1, 8):
         visitor.wait(lambda number=number: visitor.question() == number)
-        keyboard.down("ArrowUp" if number % 2 else "d")
-        visitor.page.wait_for_timeout(400)
-        keyboard.up("ArrowUp" if number % 2 else "d")
+        key, axis = ("ArrowUp", "data-y") if number % 2 else ("d", "data-x")
+        keyboard.down(key)
+        stick = visitor.page.get_by_test_id("stick")
+        visitor.wait(lambda: float(stick.get_attribute(axis) or 0) > 0.4)  # noqa: B023
+        keyboard.up(key)
         keyboard.press("Enter")
     visitor.wait_for_step("training")
     given = [answer["h"] for answer in answers(visitor)]  # type: ignore[index]
