@@ -1,6 +1,7 @@
 """Every knob of the service, read once from the environment (``JOYMAP_…``)."""
 
 from pathlib import Path
+from typing import Literal
 
 from pydantic import Field, PositiveFloat, PositiveInt
 from pydantic_settings import BaseSettings, SettingsConfigDict
@@ -24,7 +25,8 @@ class Settings(BaseSettings):
     panda_dir: Path | None = Field(
         None, description="The arm's asset pack; by default the folder panda in data_dir."
     )
-    task: str = Field("plane", description="The task participants label and drive.")
+    # The others are there for simulations; their scenes are still to come.
+    task: Literal["plane"] = Field("plane", description="The task participants label and drive.")
     labels_wanted: PositiveInt = Field(7, description="Labelled moves before training starts.")
     practice_s: PositiveFloat = Field(60.0, description="Time offered to practise, in seconds.")
     teleop_rate_hz: PositiveFloat = Field(60.0, description="Ticks of the control loop a second.")

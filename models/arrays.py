@@ -25,7 +25,7 @@ PoseChange = Float[np.ndarray, "*batch d"]  # [m]; rotations, if they count, tur
 
 # Rows of numbers that mean the same thing.
 Scalars = Float[np.ndarray, "*batch"]
-Indices = Int[np.ndarray, "n"]
+Indices = Int[np.ndarray, "*batch"]
 
 # The same, where gradients are wanted.
 JointTensor = Float[Tensor, "*batch 7"]

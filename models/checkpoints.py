@@ -19,13 +19,21 @@ from safetensors import SafetensorError
 from safetensors.numpy import load as arrays_from_bytes
 from safetensors.numpy import save as arrays_to_bytes
 
-from .alignment import Alignment
-from .controller import LatentController
-from .errors import CheckpointError, ShapeError
+from .alignment import Alignment, NetworkAlignment
+from .controller import (
+    AutoencoderController,
+    LatentController,
+    LinearController,
+    WarpedController,
+)
+from .errors import CheckpointError, InputError, ShapeError
 from .network import Activation, Mlp
 from .panda import N_JOINTS
 
 FORMAT = 1
+# What a controller may be made of.
+LINEAR = ("linear", "principal")
+CONTROLLERS = ("autoencoder", *LINEAR, "warped")
 PRETRAINED = Path(__file__).resolve().parent / "pretrained"
 _LIBRARIES = ("numpy", "torch", "pytorch-kinematics", "scipy")
 
@@ -70,23 +78,40 @@ def save_controller(
     return _save(stem, "controller", controller.to_arrays(), seed, data_hash, settings, about)
 
 
-def load_controller(task: str, folder: Path = PRETRAINED) -> LatentController:
-    """The task's controller.
+def load_controller(
+    task: str, form: str = "autoencoder", folder: Path = PRETRAINED
+) -> LatentController:
+    """The task's controller, of one of the :data:`CONTROLLERS`.
 
     Raises:
+        InputError: If there is no such form.
         CheckpointError: If it is missing, unfinished, damaged or of another kind.
     """
-    checkpoint, arrays = _load(folder / task, "controller")
-    controller = LatentController(
-        decoder=_network(arrays, "decoder", "tanh"),
-        s_mean=_array(arrays, "s_mean", (N_JOINTS,)),
-        s_scale=_array(arrays, "s_scale", (N_JOINTS,)),
-        z_scale=_array(arrays, "z_scale", (2,)),
-        a_scale=float(_array(arrays, "a_scale", (1,))[0]),
-    )
+    if form not in CONTROLLERS:
+        offered = ", ".join(CONTROLLERS)
+        raise InputError(f"There is no controller '{form}'; choose one of: {offered}.")
+    checkpoint, arrays = _load(folder / controller_stem(task, form), "controller")
+    s_mean = _array(arrays, "s_mean", (N_JOINTS,))
+    s_scale = _array(arrays, "s_scale", (N_JOINTS,))
+    z_scale = _array(arrays, "z_scale", (2,))
+    a_scale = float(_array(arrays, "a_scale", (1,))[0])
+    controller: LatentController
+    if form in LINEAR:
+        matrix = _network(arrays, "matrix", "tanh")
+        controller = LinearController(matrix, s_mean, s_scale, z_scale, a_scale, form)
+    else:
+        decoder = _network(arrays, "decoder", "tanh")
+        controller = AutoencoderController(decoder, s_mean, s_scale, z_scale, a_scale)
+        if form == "warped":
+            controller = WarpedController(controller, _array(arrays, "warp.turns", (N_JOINTS,)))
     if controller.content_hash != checkpoint.facts.get("controller_hash"):
         raise CheckpointError(f"The controller of '{task}' is not what its description says.")
     return controller
+
+
+def controller_stem(task: str, form: str) -> str:
+    """What the files of a controller are called, without their ending."""
+    return task if form == "autoencoder" else f"{task}-{form}"
 
 
 def save_alignment(
@@ -114,7 +139,7 @@ def load_alignment(stem: Path) -> Alignment:
         CheckpointError: If it is missing, unfinished, damaged or of another kind.
     """
     checkpoint, arrays = _load(stem, "alignment")
-    return Alignment(
+    return NetworkAlignment(
         strategy=str(checkpoint.facts["strategy"]),
         mlp=_network(arrays, "mlp", "silu"),
         s_mean=_array(arrays, "s_mean", (N_JOINTS,)),

@@ -7,7 +7,13 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from .controller import LatentController
+from .arrays import JointPositions
+from .controller import (
+    AutoencoderController,
+    LatentController,
+    LinearController,
+    WarpedController,
+)
 from .demonstrations import DT_S, MAX_SPEED_M_S, Demonstrations
 from .kinematics import Kinematics
 from .network import Mlp
@@ -18,6 +24,8 @@ _REPORT_EVERY = 100
 _SPANNING_CONDITION = 5.0
 _SPANNING_SPEED_M_S = 0.2 * MAX_SPEED_M_S
 _LATENT_QUANTILE = 0.98
+# How far a warped controller's latent turns: the standard deviation over the demonstrations.
+_WARP_RAD = 1.2
 
 
 @dataclass(frozen=True)
@@ -57,18 +65,24 @@ class ControllerQuality:
 class ConditionalAutoencoder(nn.Module):
     """Action and state to latent (2) and back, with nothing left for the latent 0 to do."""
 
-    def __init__(self, hidden: int) -> None:
-        """Two hidden layers each way."""
+    def __init__(self, hidden: int, *, is_linear: bool = False) -> None:
+        """Two hidden layers each way; the way out through a matrix of the state if linear."""
         super().__init__()
+        self.is_linear = is_linear
         self.encoder = _tanh_layers(2 * N_JOINTS, hidden, 2)
-        self.decoder = _tanh_layers(2 + N_JOINTS, hidden, N_JOINTS)
+        sizes = (N_JOINTS, 2 * N_JOINTS) if is_linear else (2 + N_JOINTS, N_JOINTS)
+        self.decoder = _tanh_layers(sizes[0], hidden, sizes[1])
 
     def encode(self, a: Tensor, s: Tensor) -> Tensor:
         """The raw latent of an action at a state, both normalised; in (-1, 1)^2."""
         return torch.tanh(self.encoder(torch.cat([a, s], dim=-1)))
 
     def decode(self, z: Tensor, s: Tensor) -> Tensor:
-        """The normalised action D(z, s) - D(0, s)."""
+        """The normalised action D(z, s) - D(0, s), or D(s) z."""
+        if self.is_linear:
+            matrix = self.decoder(s).reshape(-1, N_JOINTS, 2)
+            linear: Tensor = (matrix @ z[..., None])[..., 0]
+            return linear
         at_rest = torch.zeros_like(z)
         action: Tensor = self.decoder(torch.cat([z, s], dim=-1))
         action_at_rest: Tensor = self.decoder(torch.cat([at_rest, s], dim=-1))
@@ -86,6 +100,8 @@ def fit_controller(
     settings: ControllerSettings,
     seed: int,
     on_progress: Callable[[int, float], None] | None = None,
+    *,
+    is_linear: bool = False,
 ) -> tuple[LatentController, ControllerQuality]:
     """Train the autoencoder and keep its decoder.
 
@@ -96,32 +112,80 @@ def fit_controller(
         settings: How.
         seed: All chance: same seed, same weights.
         on_progress: Told the step and the loss, now and then.
+        is_linear: Whether the decoder is linear in z.
     """
     training, held_out = demonstrations.split(settings.held_out)
     states, actions = training.pairs()
-    s_mean, s_scale = states.mean(axis=0), states.std(axis=0)
-    a_scale = float(np.sqrt(np.mean(actions**2)))
+    s_mean, s_scale, a_scale = _normalisation(states, actions)
     s = torch.from_numpy((states - s_mean) / s_scale).float()
     a = torch.from_numpy(actions / a_scale).float()
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
-        network = ConditionalAutoencoder(settings.hidden)
+        network = ConditionalAutoencoder(settings.hidden, is_linear=is_linear)
         _train(network, a, s, settings, on_progress)
     with torch.no_grad():
         raw = network.encode(a, s).numpy()
-    controller = LatentController(
-        decoder=_to_mlp(network.decoder),
-        s_mean=s_mean,
-        s_scale=s_scale,
-        z_scale=np.quantile(np.abs(raw), _LATENT_QUANTILE, axis=0).astype(np.float64),
-        a_scale=a_scale,
-    )
+    z_scale = np.quantile(np.abs(raw), _LATENT_QUANTILE, axis=0).astype(np.float64)
+    decoder = _to_mlp(network.decoder)
+    controller: LatentController
+    if is_linear:
+        controller = LinearController(decoder, s_mean, s_scale, z_scale, a_scale)
+    else:
+        controller = AutoencoderController(decoder, s_mean, s_scale, z_scale, a_scale)
     states, actions = held_out.pairs()
     with torch.no_grad():
         s = torch.from_numpy((states - s_mean) / s_scale).float()
         a = torch.from_numpy(actions / a_scale).float()
-        missed = float(torch.sqrt(torch.mean((network(a, s) - a) ** 2) / torch.mean(a**2)))
-    return controller, _judge(task, kinematics, controller, missed, np.random.default_rng(seed))
+        missed = _rms((network(a, s) - a).numpy()) / _rms(a.numpy())
+    return controller, judge(task, kinematics, controller, missed, np.random.default_rng(seed))
+
+
+def principal_components(
+    task: Task, kinematics: Kinematics, demonstrations: Demonstrations, held_out: float, seed: int
+) -> tuple[LatentController, ControllerQuality]:
+    """The two directions that the demonstrated actions lie in most, whatever the state."""
+    training, rest = demonstrations.split(held_out)
+    states, actions = training.pairs()
+    s_mean, s_scale, a_scale = _normalisation(states, actions)
+    # Not centred: no action is what no input asks for.
+    components = np.linalg.svd(actions, full_matrices=False)[2][:2]
+    raw = actions @ components.T / a_scale
+    controller = LinearController(
+        matrix=Mlp(((np.zeros((N_JOINTS, 2 * N_JOINTS)), components.T.ravel().copy()),), "tanh"),
+        s_mean=s_mean,
+        s_scale=s_scale,
+        z_scale=np.quantile(np.abs(raw), _LATENT_QUANTILE, axis=0),
+        a_scale=a_scale,
+        form="principal",
+    )
+    _, actions = rest.pairs()
+    missed = _rms(actions - actions @ components.T @ components) / _rms(actions)
+    return controller, judge(task, kinematics, controller, missed, np.random.default_rng(seed))
+
+
+def warp(
+    task: Task,
+    kinematics: Kinematics,
+    controller: AutoencoderController,
+    quality: ControllerQuality,
+    demonstrations: Demonstrations,
+    seed: int,
+) -> tuple[LatentController, ControllerQuality]:
+    """Turn a controller's latent with the state, along where states differ most."""
+    states, _ = demonstrations.pairs()
+    normalised = (states - controller.s_mean) / controller.s_scale
+    main = np.linalg.svd(normalised, full_matrices=False)[2][0]
+    main *= np.sign(main[np.argmax(np.abs(main))])
+    turns = _WARP_RAD / np.std(normalised @ main) * main / controller.s_scale
+    warped = WarpedController(controller, turns)
+    rng = np.random.default_rng(seed)
+    return warped, judge(task, kinematics, warped, quality.reconstruction_error, rng)
+
+
+def _normalisation(
+    states: JointPositions, actions: JointPositions
+) -> tuple[np.ndarray, np.ndarray, float]:
+    return states.mean(axis=0), states.std(axis=0), float(np.sqrt(np.mean(actions**2)))
 
 
 def _train(
@@ -144,21 +208,21 @@ def _train(
             on_progress(step + 1, float(loss.detach()))
 
 
-def _judge(
+def judge(
     task: Task,
     kinematics: Kinematics,
     controller: LatentController,
     reconstruction_error: float,
     rng: np.random.Generator,
 ) -> ControllerQuality:
+    """What a controller does over the task, at states that are on it."""
     s, _ = task.demonstrations(kinematics, rng, trajectories=40, steps=50).pairs()
     before = kinematics.hand_pose(s)
     radius, angle = np.sqrt(rng.uniform(size=len(s))), rng.uniform(0, 2 * np.pi, len(s))
     z = radius[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     a = controller.decode(z, s)
     after = kinematics.hand_pose(controller.next_state(z, s, DT_S))
-    lever = np.array([1.0, 0.25, 0.25, 0.25])
-    off = task.off_task_change(before, after) * lever
+    off = task.off_task_change(before, after)
     inside = task.dof_change(before, after)
     linear = (controller.secant(s) @ z[..., None])[..., 0]
     columns = []

@@ -21,13 +21,13 @@ MAX_SPEED_M_S = 0.2
 # One way-point after another; the hand turns to the next one when it is this close, in [m].
 _ARRIVED_M = 0.03
 # Way-points lie in the workspace and a little beyond, so that its edge is no edge of the data.
-_BEYOND_M = 0.04
+BEYOND_M = 0.04
 _DAMPING = 1e-3
 # Travel after which an error has shrunk by e: 0.1 m for the hand, 0.17 m for the posture.
 _RETURN_PER_M = 10.0
 _POSTURE_RETURN_PER_M = 6.0
 # How far beside the task a disturbed trajectory may start (standard deviations; clipped at 2).
-_OFF_HEIGHT_M = 0.02
+_OFF_LENGTH_M = 0.02
 _OFF_ANGLE_RAD = 0.07
 _OFF_POSTURE_RAD = 0.15
 _TURN_SD = 0.2  # how much a trajectory's speed wanders
@@ -121,10 +121,10 @@ def way_point_demonstrations(
         steps: How many steps each.
         disturbed: Whether they start beside the motion's poses, each by a random amount.
     """
-    low, high = motion.workspace[0] - _BEYOND_M, motion.workspace[1] + _BEYOND_M
+    low, high = motion.workspace[0] - BEYOND_M, motion.workspace[1] + BEYOND_M
     q = joints_at(motion, kinematics, rng.uniform(low, high, (trajectories, 2)))
     if disturbed:
-        q = _disturb(kinematics, q, rng)
+        q = _disturb(motion, kinematics, q, rng)
     target = rng.uniform(low, high, (trajectories, 2))
     speed = rng.uniform(0.1, 1.0, trajectories) * MAX_SPEED_M_S
     states = np.empty((trajectories, steps, N_JOINTS))
@@ -176,11 +176,13 @@ def _action(
     return towards
 
 
-def _disturb(kinematics: Kinematics, q: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+def _disturb(
+    motion: TwoDofMotion, kinematics: Kinematics, q: np.ndarray, rng: np.random.Generator
+) -> np.ndarray:
     amount = rng.uniform(0.0, 1.0, (len(q), 1))
     deviate = np.clip(rng.standard_normal((len(q), 6)), -2.0, 2.0)
-    # Sideways is no error: the first two are left out.
-    size = np.array([0.0, 0.0, _OFF_HEIGHT_M, _OFF_ANGLE_RAD, _OFF_ANGLE_RAD, _OFF_ANGLE_RAD])
+    # Along its own degrees of freedom the motion is nowhere beside itself.
+    size = np.repeat([_OFF_LENGTH_M, _OFF_ANGLE_RAD], 3) * np.all(motion.axes == 0.0, axis=1)
     step, null = _least_squares(kinematics, q, amount * deviate * size)
     posture = np.clip(rng.standard_normal(q.shape), -2.0, 2.0) * _OFF_POSTURE_RAD
     beside: np.ndarray = np.clip(q + step + _project(null, amount * posture), Q_MIN, Q_MAX)

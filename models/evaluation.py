@@ -51,26 +51,37 @@ def rotation_error(
 
 
 @dataclass(frozen=True)
-class MoveErrors:
-    """Errors over the moves of a pool for one person: relative position, and rotation in [rad]."""
+class Judgement:
+    """The paper's measures of a mapping for one person, over the moves of a pool.
 
-    position: Scalars
-    rotation: Scalars
+    Attributes:
+        position_error: Mean E_d over moves that take the hand at least a quarter of the RMS
+            travel: a pure turn has no relative distance.
+        rotation_error: Mean E_r over all moves, in [rad].
+        motion_gain: Mean travel made over mean travel meant: a hand that hardly moves is seen.
+    """
+
+    position_error: float
+    rotation_error: float
+    motion_gain: float
 
 
-def move_errors(
+def judge_moves(
     mapping: Mapping, human: SimulatedHuman, kinematics: Kinematics, pool: QueryPool
-) -> MoveErrors:
+) -> Judgement:
     """Let a noise-free person ask for every move of a pool that is within their reach."""
     before, after = kinematics.hand_pose(pool.states), kinematics.hand_pose(pool.next_states)
-    h = human.answer(human.task.dof_change(before, after))
-    long = pool.travel_m > _SHORT * np.sqrt(np.mean(pool.travel_m**2))
-    fit = long & (np.linalg.norm(h, axis=-1) <= 1.0)
-    s, intended = pool.states[fit], pool.next_states[fit]
+    h = human.answer(human.task.dof_change(before, after), before)
+    fit = np.linalg.norm(h, axis=-1) <= 1.0
+    s, intended, meant_m = pool.states[fit], pool.next_states[fit], pool.travel_m[fit]
     reached = step(mapping, h[fit], s)
-    return MoveErrors(
-        position_error(kinematics, s, intended, reached),
-        rotation_error(kinematics, intended, reached),
+    long = meant_m >= _SHORT * np.sqrt(np.mean(pool.travel_m**2))
+    errors = position_error(kinematics, s[long], intended[long], reached[long])
+    way = kinematics.hand_pose(reached).position - before.position[fit]
+    return Judgement(
+        float(np.mean(errors)),
+        float(np.mean(rotation_error(kinematics, intended, reached))),
+        float(np.mean(np.linalg.norm(way, axis=-1)) / np.mean(meant_m)),
     )
 
 
@@ -135,4 +146,4 @@ def _meant_and_made(
     states = np.repeat(s[:, None, :], directions, axis=1)
     before = kinematics.hand_pose(states)
     after = kinematics.hand_pose(step(mapping, h, states))
-    return human.wish(h), human.task.dof_change(before, after)
+    return human.wish(h, before), human.task.dof_change(before, after)

@@ -8,8 +8,15 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from .checkpoints import PRETRAINED, Checkpoint, save_controller
-from .controller_training import ControllerSettings, fit_controller
+from .checkpoints import PRETRAINED, controller_stem, save_controller
+from .controller import AutoencoderController, LatentController
+from .controller_training import (
+    ControllerQuality,
+    ControllerSettings,
+    fit_controller,
+    principal_components,
+    warp,
+)
 from .errors import ModelsError
 from .kinematics import Kinematics
 from .panda_pack import open_pack
@@ -19,34 +26,49 @@ TRAJECTORIES = 2400
 STEPS = 12
 
 
-def make_controller(
+def make_controllers(
     task_name: str, seed: int, settings: ControllerSettings, folder: Path = PRETRAINED
-) -> Checkpoint:
-    """Demonstrate a task, learn its controller and write it; same seed, same file."""
+) -> None:
+    """Demonstrate a task, learn its controllers and write them; same seed, same files."""
     task = get_task(task_name)
     kinematics = Kinematics.from_urdf(open_pack().urdf)
     demonstrations = task.demonstrations(
-        kinematics, np.random.default_rng(seed), TRAJECTORIES, STEPS, disturbed=True
+        kinematics,
+        np.random.default_rng(seed),
+        TRAJECTORIES * len(task.motions),
+        STEPS,
+        disturbed=True,
     )
     _say(f"{task.title}: {demonstrations.states.shape[0]} demonstrations")
-    controller, quality = fit_controller(
-        task,
-        kinematics,
-        demonstrations,
-        settings,
-        seed,
-        lambda step, loss: None if step % 1000 else _say(f"  step {step}: loss {loss:.2e}"),
-    )
-    for name, figure in asdict(quality).items():
-        _say(f"  {name}: {figure:.4f}")
-    return save_controller(
-        folder / task.name,
-        controller,
-        seed=seed,
-        data_hash=demonstrations.content_hash,
-        settings={**asdict(settings), "trajectories": TRAJECTORIES, "trajectory_steps": STEPS},
-        facts={"task": task.name, "quality": asdict(quality)},
-    )
+
+    def save(controller: LatentController, quality: ControllerQuality) -> None:
+        _say(f" {controller.form}")
+        for name, figure in asdict(quality).items():
+            _say(f"  {name}: {figure:.4f}")
+        checkpoint = save_controller(
+            folder / controller_stem(task.name, controller.form),
+            controller,
+            seed=seed,
+            data_hash=demonstrations.content_hash,
+            settings={
+                **asdict(settings),
+                "trajectories": demonstrations.states.shape[0],
+                "trajectory_steps": STEPS,
+            },
+            facts={"task": task.name, "quality": asdict(quality)},
+        )
+        _say(f"  written, {checkpoint.weights_sha256[:12]}")
+
+    def report(step: int, loss: float) -> None:
+        if step % 1000 == 0:
+            _say(f"  step {step}: loss {loss:.2e}")
+
+    paper, quality = fit_controller(task, kinematics, demonstrations, settings, seed, report)
+    assert isinstance(paper, AutoencoderController)
+    save(paper, quality)
+    save(*warp(task, kinematics, paper, quality, demonstrations, seed))
+    save(*principal_components(task, kinematics, demonstrations, settings.held_out, seed))
+    save(*fit_controller(task, kinematics, demonstrations, settings, seed, report, is_linear=True))
 
 
 def _say(line: str) -> None:
@@ -64,8 +86,7 @@ def main() -> int:
     torch.use_deterministic_algorithms(True)
     try:
         for name in [arguments.task] if arguments.task else sorted(TASKS):
-            checkpoint = make_controller(name, arguments.seed, ControllerSettings(), arguments.out)
-            _say(f"  written to {arguments.out / name}.*, {checkpoint.weights_sha256[:12]}")
+            make_controllers(name, arguments.seed, ControllerSettings(), arguments.out)
     except ModelsError as error:
         print(error, file=sys.stderr)  # noqa: T201
         return 1

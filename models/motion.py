@@ -1,4 +1,4 @@
-"""How far the hand got, in the units that losses are made of; exactly, and linearised.
+"""How far the hand got, in the units that losses are made of; exactly, and expanded in z.
 
 A pose change is the hand's displacement in [m]; where the task counts rotation, the turn (axis
 times sine, in the world) follows, times the task's metres per radian.
@@ -20,6 +20,8 @@ from .arrays import (
 from .controller import LatentController
 from .demonstrations import DT_S
 from .kinematics import Kinematics, turn
+from .monomials import SQUARES
+from .panda import N_JOINTS
 
 
 @dataclass(frozen=True)
@@ -57,15 +59,48 @@ class PoseMeter:
             change = torch.cat([change, self.rotation_weight_m * turned], dim=-1)
         return change / self.unit_m
 
-    def per_latent(self, controller: LatentController, s: JointPositions) -> np.ndarray:
-        """The matrix B with change = B z for one step from ``s``, ``(..., 3 or 6, 2)``."""
+    def per_monomial(self, controller: LatentController, s: JointPositions) -> np.ndarray:
+        """The polynomial in z that one step from ``s`` is, ``(..., 3 or 6, 9)``.
+
+        The controller is expanded to the third degree, the arm's kinematics to the second.
+        """
         jacobian = self.kinematics.jacobian(s)
+        step = controller.expand(s) * DT_S  # (..., 7, 9)
+        change = jacobian @ step
+        change[..., SQUARES] += _bend(jacobian, step[..., :2])
         if self.rotation_weight_m > 0.0:
-            jacobian[..., 3:, :] *= self.rotation_weight_m
+            change[..., 3:, :] *= self.rotation_weight_m
         else:
-            jacobian = jacobian[..., :3, :]
-        linear: np.ndarray = jacobian @ controller.secant(s) * (DT_S / self.unit_m)
-        return linear
+            change = change[..., :3, :]
+        expanded: np.ndarray = change / self.unit_m
+        return expanded
+
+
+def _bend(jacobian: np.ndarray, step: np.ndarray) -> np.ndarray:
+    """Half the second derivative of the hand's pose along a step that is linear in z.
+
+    Joint i turns what joint j does if it comes before it: the axis of the one crosses the
+    displacement of the other. Returns the coefficients of x^2, xy, y^2, ``(..., 6, 3)``.
+    """
+    axes, moves = jacobian[..., 3:, :], jacobian[..., :3, :]
+    # Of every pair of joints once, the one nearer to the base first; a joint with itself is half.
+    first, second = np.triu_indices(N_JOINTS)
+    share = np.where(first == second, 0.5, 1.0)
+    bent = [
+        share * np.cross(axes[..., first], moves[..., second], axis=-2),
+        0.5 * np.cross(axes[..., first], axes[..., second], axis=-2),
+    ]
+    x, y = step[..., 0], step[..., 1]
+    pairs = np.stack(
+        [
+            x[..., first] * x[..., second],
+            x[..., first] * y[..., second] + y[..., first] * x[..., second],
+            y[..., first] * y[..., second],
+        ],
+        axis=-1,
+    )
+    half: np.ndarray = np.concatenate(bent, axis=-2) @ pairs
+    return half
 
 
 def root_mean_square(changes: PoseChange) -> float:

@@ -54,6 +54,11 @@ class Mlp:
         y += last_bias
         return y
 
+    def as_single(self) -> "Mlp":
+        """The same network in single precision."""
+        layers = [(w.astype(np.float32), b.astype(np.float32)) for w, b in self.layers]
+        return Mlp(tuple(layers), self.activation)
+
     def to_arrays(self, prefix: str) -> dict[str, np.ndarray]:
         """The weights by name, for a file."""
         arrays = {}

@@ -15,8 +15,7 @@ from .tasks import Task
 # Demonstrations from which states are drawn.
 _STEPS = 40
 _SPARE = 2
-# A shown move may go over the edge of the workspace by as much as the controller was trained to.
-_OVER_EDGE_M = 0.04
+_LONG_QUANTILE = 0.97
 # The state hardly changes what z does within a step: each iteration gains a factor of ten.
 _BACKWARD_ITERATIONS = 6
 # A shown move is this long at most; only moves that keep to the workspace are shown.
@@ -91,16 +90,21 @@ def sample_pool(
     latents = radius[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     next_states = controller.next_state(latents, states, DT_S)
     before, after = kinematics.hand_pose(states), kinematics.hand_pose(next_states)
-    middle, change = task.dof(before), task.dof_change(before, after)
-    low, high = task.workspace[0] - _OVER_EDGE_M, task.workspace[1] + _OVER_EDGE_M
-    ends = np.stack([middle + sign * SHOWN_STEPS / 2 * change for sign in (-1.0, 1.0)])
+    half = SHOWN_STEPS / 2 * task.dof_change(before, after)
     return QueryPool(
         states=states,
         latents=latents,
         next_states=next_states,
         travel_m=np.linalg.norm(after.position - before.position, axis=-1),
-        can_show=np.all((ends >= low) & (ends <= high), axis=(0, 2)),
+        can_show=task.stays_inside(before, half) & task.stays_inside(before, -half),
     )
+
+
+def long_step(task: Task, kinematics: Kinematics, pool: QueryPool) -> float:
+    """A long step among the pool's, in [m] of the task: what full stick should reach."""
+    before, after = kinematics.hand_pose(pool.states), kinematics.hand_pose(pool.next_states)
+    lengths = np.linalg.norm(task.dof_change(before, after), axis=-1)
+    return float(np.quantile(lengths, _LONG_QUANTILE))
 
 
 def choose_queries(

@@ -11,9 +11,9 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from .alignment import HIDDEN, Alignment, Strategy
+from .alignment import HIDDEN, NetworkAlignment, Strategy
 from .arrays import JointTensor, PlaneTensor
-from .controller import LatentController
+from .controller import AutoencoderController
 from .demonstrations import DT_S
 from .errors import InputError
 from .kinematics import Kinematics
@@ -36,7 +36,7 @@ from .training import Labels, TrainingSettings
 class ExactProblem:
     """Answers and pool, with the arm and the controller as they are."""
 
-    controller: LatentController
+    controller: AutoencoderController
     meter: PoseMeter
     labels: Labels
     pool: QueryPool
@@ -46,13 +46,13 @@ class ExactProblem:
     @classmethod
     def build(
         cls,
-        controller: LatentController,
+        controller: AutoencoderController,
         kinematics: Kinematics,
         task: Task,
         labels: Labels,
         pool: QueryPool,
     ) -> "ExactProblem":
-        """In units of the pool's RMS step, as :func:`training.linearised_problem`."""
+        """In units of the pool's RMS step, as :func:`training.expanded_problem`."""
         metres = PoseMeter(kinematics, task.rotation_weight_m)
         unit_m = root_mean_square(metres.change(pool.states, pool.next_states))
         meter = PoseMeter(kinematics, task.rotation_weight_m, unit_m)
@@ -108,21 +108,21 @@ class ExactProblem:
 
 def fit_reference(
     strategy: Strategy,
-    controller: LatentController,
+    controller: AutoencoderController,
     kinematics: Kinematics,
     task: Task,
     labels: Labels,
     pool: QueryPool,
     settings: TrainingSettings,
     seed: int,
-) -> Alignment:
+) -> NetworkAlignment:
     """Learn an alignment by gradient descent on the exact losses; ``settings.batch`` is not used.
 
     Raises:
         InputError: If nothing is learned in this strategy.
     """
     weights = strategy.weights
-    if weights is None:
+    if strategy.kind != "network":
         raise InputError(f"With '{strategy.name}' there is nothing to learn.")
     problem = ExactProblem.build(controller, kinematics, task, labels, pool)
     rng = np.random.default_rng(seed)
@@ -145,7 +145,7 @@ def fit_reference(
         total.backward()  # type: ignore[no-untyped-call]
         optimiser.step()
         schedule.step()
-    return Alignment(
+    return NetworkAlignment(
         strategy=strategy.name,
         mlp=_to_mlp(network),
         s_mean=problem.s_mean,
@@ -155,7 +155,7 @@ def fit_reference(
 
 
 def exact_losses(
-    alignment: Alignment, problem: ExactProblem, settings: TrainingSettings, seed: int
+    alignment: NetworkAlignment, problem: ExactProblem, settings: TrainingSettings, seed: int
 ) -> dict[str, float]:
     """Every term of equation 5 for a finished alignment, exactly."""
     with torch.no_grad():
@@ -164,8 +164,8 @@ def exact_losses(
     return {name: float(term) for name, term in terms.items()}
 
 
-def decode_torch(controller: LatentController, z: Tensor, s: Tensor) -> Tensor:
-    """:meth:`LatentController.decode`, differentiable."""
+def decode_torch(controller: AutoencoderController, z: Tensor, s: Tensor) -> Tensor:
+    """:meth:`AutoencoderController.decode`, differentiable."""
     state = (s - torch.from_numpy(controller.s_mean)) / torch.from_numpy(controller.s_scale)
     raw = z * torch.from_numpy(controller.z_scale)
     with_z = _apply(controller.decoder, torch.cat([raw, state], dim=-1))

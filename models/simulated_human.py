@@ -5,61 +5,32 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from .arrays import DofChange, HumanInput
+from .arrays import DofChange, HumanInput, Scalars
 from .errors import InputError
 from .kinematics import HandPose, Kinematics
-from .queries import QueryPool
+from .preferences import Preference
+from .queries import QueryPool, long_step
 from .tasks import Task
-
-Preference = Float[np.ndarray, "2 2"]
-_SENSITIVITY_QUANTILE = 0.97
-
-
-def axes() -> Preference:
-    """Stick right is the first degree of freedom, stick up the second."""
-    return np.eye(2)
-
-
-def rotated(angle_deg: float) -> Preference:
-    """The axes, turned."""
-    cos, sin = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
-    return np.array([[cos, -sin], [sin, cos]])
-
-
-def mirrored(preference: Preference) -> Preference:
-    """The same preference with the stick's first axis turned round."""
-    turned_round: np.ndarray = np.diag([-1.0, 1.0]) @ preference
-    return turned_round
-
-
-def random_preference(rng: np.random.Generator) -> Preference:
-    """Any rotation, mirrored or not."""
-    turned = rotated(rng.uniform(0.0, 360.0))
-    return mirrored(turned) if rng.random() < 0.5 else turned
 
 
 def sensitivity(task: Task, kinematics: Kinematics, pool: QueryPool) -> Float[np.ndarray, "2"]:
-    """What full stick means: a long step among the pool's, the same in both DoF."""
-    change = task.dof_change(
-        kinematics.hand_pose(pool.states), kinematics.hand_pose(pool.next_states)
-    )
-    long = np.quantile(np.linalg.norm(change, axis=-1), _SENSITIVITY_QUANTILE)
-    return np.full(2, long)
+    """What full stick means: a long step among the pool's, the same in both DoF, in [m]."""
+    return np.full(2, long_step(task, kinematics, pool))
 
 
 @dataclass(frozen=True)
 class SimulatedHuman:
-    """Somebody who expects the hand to move by kappa P^-1 h in one step.
+    """Somebody who has an idea of what the stick should do, and sees the hand.
 
     Attributes:
         task: Whose degrees of freedom they see.
-        preference: P, orthogonal; see :func:`rotated` and :func:`mirrored`.
-        kappa: The step they expect for full stick, in each DoF.
+        preference: Their idea.
+        kappa: The step they expect for full stick, in each DoF, in [m].
         noise_cv: RMS length of the noise of an answer over the answer's length.
         always_full: Whether they push the stick to its edge whatever they see.
 
     Raises:
-        InputError: If the preference cannot be inverted or a sensitivity is not positive.
+        InputError: If a sensitivity is not positive.
     """
 
     task: Task
@@ -70,19 +41,25 @@ class SimulatedHuman:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        if abs(np.linalg.det(self.preference)) < 1e-6 or np.any(self.kappa <= 0.0):
-            raise InputError("A preference must be invertible and a sensitivity positive.")
+        if np.any(self.kappa <= 0.0):
+            raise InputError("A sensitivity must be positive.")
 
-    def wish(self, h: HumanInput) -> DofChange:
-        """The step they expect for stick ``h``."""
-        inverse = np.linalg.inv(self.preference)
-        expected: np.ndarray = (h @ inverse.T) * self.kappa
-        return expected
+    def wish(self, h: HumanInput, at: HandPose | None = None) -> DofChange:
+        """The step they expect for stick ``h`` where the hand is ``at``.
 
-    def answer(self, change: DofChange) -> HumanInput:
-        """The stick that they would give for a step, without noise and of any length."""
-        h: np.ndarray = (change / self.kappa) @ self.preference.T
-        return h
+        Raises:
+            InputError: If that depends on where the hand is, and it is not said.
+        """
+        step: np.ndarray = self.preference.move(h, self._azimuth(h, at)) * self.kappa
+        return step
+
+    def answer(self, change: DofChange, at: HandPose | None = None) -> HumanInput:
+        """The stick that they would give for a step, without noise and of any length.
+
+        Raises:
+            InputError: If that depends on where the hand is, and it is not said.
+        """
+        return self.preference.stick(change / self.kappa, self._azimuth(change, at))
 
     def label(
         self, before: HandPose, after: HandPose, rng: np.random.Generator | None = None
@@ -92,7 +69,7 @@ class SimulatedHuman:
         Raises:
             InputError: If they are noisy and there is no ``rng``.
         """
-        h = self.answer(self.task.dof_change(before, after))
+        h = self.answer(self.task.dof_change(before, after), before)
         if self.noise_cv > 0.0:
             if rng is None:
                 raise InputError("A noisy person needs a random generator.")
@@ -102,3 +79,21 @@ class SimulatedHuman:
         edge = np.maximum(length, 1e-12 if self.always_full else 1.0)
         shortened: np.ndarray = h / edge
         return shortened
+
+    def _azimuth(self, rows: np.ndarray, at: HandPose | None) -> Scalars:
+        if not self.preference.is_polar:
+            return np.zeros(rows.shape[:-1])
+        if at is None:
+            raise InputError("What this person means depends on where the hand is.")
+        return self.task.azimuth(at)
+
+
+def make_wrong(h: HumanInput, share: float, rng: np.random.Generator) -> HumanInput:
+    """The same answers with a share of them, rounded, plainly wrong: 90 to 270 degrees off."""
+    wrong = h.copy()
+    rows = rng.choice(len(h), round(share * len(h)), replace=False)
+    off = rng.uniform(0.5 * np.pi, 1.5 * np.pi, len(rows))
+    x, y = h[rows, 0], h[rows, 1]
+    wrong[rows, 0] = np.cos(off) * x - np.sin(off) * y
+    wrong[rows, 1] = np.sin(off) * x + np.cos(off) * y
+    return wrong

@@ -1,8 +1,8 @@
 """Learning an alignment from a few answers and the priors, in a fraction of a second.
 
-The loss is equation 5 of the paper over a controller linearised once (:mod:`linear_loss`), in units
-of the controller's RMS step; Adam with a cosine. :mod:`reference_training` is the same without the
-linearisation, a hundred times slower.
+The loss is equation 5 of the paper over a controller expanded once (:mod:`fast_loss`), in units of
+the controller's RMS step; Adam with a cosine. :mod:`reference_training` is the same without the
+expansion, a hundred times slower.
 """
 
 import math
@@ -10,13 +10,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from .alignment import HIDDEN, Alignment, PriorWeights, Strategy, get_strategy
+from .alignment import HIDDEN, NetworkAlignment, PriorWeights, Strategy, get_strategy
 from .arrays import HumanInput, JointPositions
 from .controller import LatentController
 from .errors import InputError, ShapeError, TooFewLabelsError
+from .fast_loss import AlignmentParameters, Labelled, States, Unlabelled, losses
 from .kinematics import Kinematics
-from .linear_loss import AlignmentParameters, Labelled, States, Unlabelled, losses
 from .motion import PoseMeter, root_mean_square
 from .network import Mlp
 from .panda import N_JOINTS
@@ -39,16 +40,28 @@ class TrainingSettings:
         batch: Unlabelled states (and pairs of them) a step.
         learning_rate: Adam's, at the beginning; it ends at zero along a cosine.
         gamma: Of the consistency prior, in [1/rad].
+        neighbours: Share of the pool that a state's partner in the consistency prior is drawn
+            from, nearest first; 1 is any of them. Where the stick's meaning changes with the
+            motion, states far apart would be made alike at the price of not moving at all.
         supervised: Form of the supervised loss.
         consistency: Form of the consistency prior.
     """
 
     steps: int = 800
     batch: int = 32
-    learning_rate: float = 1e-2
+    learning_rate: float = 2e-2
     gamma: float = 1.0
+    neighbours: float = 1.0
     supervised: SupervisedForm = "unsquared"
     consistency: ConsistencyForm = "scale-free"
+
+
+def settings_for(task: Task, strategy: Strategy) -> TrainingSettings:
+    """The settings that suit a task; with an exact label for every state, longer."""
+    return TrainingSettings(
+        steps=1500 if strategy.needs_everything else 800,
+        neighbours=1.0 if len(task.motions) == 1 else 0.05,
+    )
 
 
 @dataclass(frozen=True)
@@ -113,9 +126,9 @@ class Fit:
         snapshots: The alignment when 0, half and all of the steps were done.
     """
 
-    alignment: Alignment
+    alignment: NetworkAlignment
     history: History
-    snapshots: tuple[tuple[float, Alignment], ...]
+    snapshots: tuple[tuple[float, NetworkAlignment], ...]
 
 
 def fit_alignment(
@@ -147,11 +160,11 @@ def fit_alignment(
         TooFewLabelsError: If there are fewer than two answers.
     """
     strategy = get_strategy(strategy) if isinstance(strategy, str) else strategy
-    if strategy.weights is None:
+    if strategy.kind != "network":
         raise InputError(f"With '{strategy.name}' there is nothing to learn.")
     if len(labels) < MIN_LABELS:
         raise TooFewLabelsError(f"{len(labels)} answers are too few to learn from.")
-    problem = linearised_problem(controller, kinematics, task, labels, pool)
+    problem = expanded_problem(controller, kinematics, task, labels, pool)
     rng = np.random.default_rng(seed)
     parameters = AlignmentParameters.random(HIDDEN, np.float32, rng)
     recorder = _Recorder(settings.steps, on_progress)
@@ -165,7 +178,7 @@ def fit_alignment(
 
 
 @dataclass(frozen=True)
-class LinearProblem:
+class ExpandedProblem:
     """Answers and pool with all that depends on states worked out."""
 
     labelled: Labelled
@@ -177,13 +190,13 @@ class LinearProblem:
 
     def alignment(
         self, strategy: Strategy, controller: LatentController, parameters: AlignmentParameters
-    ) -> Alignment:
+    ) -> NetworkAlignment:
         """The alignment with these parameters, in double precision and on its own memory."""
         layers = tuple(
             (weight.astype(np.float64), bias.astype(np.float64))
             for weight, bias in parameters.layers
         )
-        return Alignment(
+        return NetworkAlignment(
             strategy=strategy.name,
             mlp=Mlp(layers, "silu"),
             s_mean=self.s_mean,
@@ -192,15 +205,15 @@ class LinearProblem:
         )
 
 
-def linearised_problem(
+def expanded_problem(
     controller: LatentController,
     kinematics: Kinematics,
     task: Task,
     labels: Labels,
     pool: QueryPool,
     dtype: type[np.floating] = np.float32,
-) -> LinearProblem:
-    """Linearise the controller at every state, in units of the pool's RMS step."""
+) -> ExpandedProblem:
+    """Expand the controller at every state, in units of the pool's RMS step."""
     metres = PoseMeter(kinematics, task.rotation_weight_m)
     unit_m = root_mean_square(metres.change(pool.states, pool.next_states))
     meter = PoseMeter(kinematics, task.rotation_weight_m, unit_m)
@@ -208,33 +221,52 @@ def linearised_problem(
 
     def states(q: JointPositions) -> States:
         normalised = (q - s_mean) / s_scale
-        return States(normalised.astype(dtype), meter.per_latent(controller, q).astype(dtype))
+        return States(normalised.astype(dtype), meter.per_monomial(controller, q).astype(dtype))
 
     labelled = Labelled(
         h=labels.human_inputs.astype(dtype),
         states=states(labels.states),
         intended=meter.change(labels.states, labels.next_states).astype(dtype),
     )
-    return LinearProblem(labelled, states(pool.states), pool.states, s_mean, s_scale, unit_m)
+    return ExpandedProblem(labelled, states(pool.states), pool.states, s_mean, s_scale, unit_m)
 
 
 def draw_unlabelled(
-    problem: LinearProblem, gamma: float, shape: tuple[int, int], rng: np.random.Generator
+    problem: ExpandedProblem,
+    settings: TrainingSettings,
+    shape: tuple[int, int],
+    rng: np.random.Generator,
 ) -> Unlabelled:
-    """All draws of a training at once, ``(steps, batch)`` of each; h and alpha are uniform."""
+    """All draws of a training at once, ``(steps, batch)`` of each.
+
+    The stick is uniform in its disc, alpha in [-1, 1].
+    """
     dtype = problem.pool.normalised.dtype
-    h = rng.uniform(-1.0, 1.0, (*shape, 2)).astype(dtype)
+    radius, angle = np.sqrt(rng.uniform(size=shape)), rng.uniform(0.0, 2 * np.pi, shape)
+    h = (radius[..., None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)).astype(dtype)
     alpha = rng.uniform(-1.0, 1.0, shape).astype(dtype)
     rows = rng.integers(len(problem.pool_q), size=shape)
-    other_rows = rng.integers(len(problem.pool_q), size=shape)
+    other_rows = _partners(problem.pool_q, rows, settings.neighbours, rng)
     apart = np.linalg.norm(problem.pool_q[rows] - problem.pool_q[other_rows], axis=-1)
-    nearness = np.exp(-gamma * apart).astype(dtype)
+    nearness = np.exp(-settings.gamma * apart).astype(dtype)
     return Unlabelled(h, alpha, problem.pool.at(rows), problem.pool.at(other_rows), nearness)
+
+
+def _partners(
+    q: JointPositions, rows: np.ndarray, share: float, rng: np.random.Generator
+) -> np.ndarray:
+    """Another state for each of ``rows``, among the nearest ``share`` of all."""
+    if share >= 1.0:
+        return np.asarray(rng.integers(len(q), size=rows.shape))
+    near = max(1, round(share * len(q)))
+    nearest = np.asarray(cKDTree(q).query(q, near + 1)[1])[:, 1:]
+    partners: np.ndarray = nearest[rows, rng.integers(near, size=rows.shape)]
+    return partners
 
 
 def _descend(
     parameters: AlignmentParameters,
-    problem: LinearProblem,
+    problem: ExpandedProblem,
     weights: PriorWeights,
     settings: TrainingSettings,
     rng: np.random.Generator,
@@ -246,7 +278,7 @@ def _descend(
     mean, square = np.zeros_like(vector), np.zeros_like(vector)
     scratch = np.empty_like(vector)
     if use_priors:
-        draws = draw_unlabelled(problem, settings.gamma, (settings.steps, settings.batch), rng)
+        draws = draw_unlabelled(problem, settings, (settings.steps, settings.batch), rng)
     for step in range(1, settings.steps + 1):
         terms = losses(
             parameters,

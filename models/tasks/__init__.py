@@ -3,8 +3,10 @@
 from ..errors import UnknownTaskError
 from .base import Task as Task
 from .plane import PLANE
+from .pour import POUR
+from .reach_and_pour import REACH_AND_POUR
 
-TASKS: dict[str, Task] = {task.name: task for task in (PLANE,)}
+TASKS: dict[str, Task] = {task.name: task for task in (PLANE, POUR, REACH_AND_POUR)}
 
 
 def get_task(name: str) -> Task:

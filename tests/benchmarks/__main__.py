@@ -23,9 +23,10 @@ from models.alignment import STRATEGIES
 from models.checkpoints import load_controller
 from models.kinematics import Kinematics
 from models.panda_pack import default_folder, open_pack
+from models.preferences import rotated
 from models.queries import choose_queries, sample_pool
 from models.reference_training import fit_reference
-from models.simulated_human import SimulatedHuman, rotated, sensitivity
+from models.simulated_human import SimulatedHuman, sensitivity
 from models.tasks import get_task
 from models.training import Labels, TrainingSettings, fit_alignment
 from tests.running_server import Participant, running_server

@@ -23,8 +23,9 @@ from models.evaluation import direction_error_deg
 from models.kinematics import Kinematics
 from models.mapping import Mapping
 from models.panda_pack import PandaPack
+from models.preferences import mirrored, rotated
 from models.queries import sample_pool
-from models.simulated_human import SimulatedHuman, mirrored, rotated, sensitivity
+from models.simulated_human import SimulatedHuman, sensitivity
 from models.tasks import get_task
 from tests.browser.visitor import PHONE, Visitor
 from tests.running_server import Participant, RunningServer, running_server

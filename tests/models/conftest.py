@@ -11,8 +11,9 @@ from models.kinematics import Kinematics
 from models.mapping import Mapping
 from models.panda import Q_MAX, Q_MIN
 from models.panda_pack import PandaPack
+from models.preferences import mirrored, rotated
 from models.queries import QueryPool, choose_queries, make_query, sample_pool
-from models.simulated_human import SimulatedHuman, mirrored, rotated, sensitivity
+from models.simulated_human import SimulatedHuman, sensitivity
 from models.tasks import Task, get_task
 from models.training import Fit, Labels, TrainingSettings, fit_alignment
 

@@ -7,6 +7,7 @@ from numpy.testing import assert_array_equal
 
 import models.checkpoints as checkpoints
 from models.checkpoints import (
+    CONTROLLERS,
     code_version,
     load_alignment,
     load_controller,
@@ -16,7 +17,7 @@ from models.checkpoints import (
 )
 from models.controller_training import ControllerSettings
 from models.errors import CheckpointError
-from models.make_controllers import make_controller
+from models.make_controllers import make_controllers
 
 
 @pytest.fixture
@@ -48,7 +49,7 @@ def test_a_controller_comes_back_to_the_bit(tmp_path, controller):
     save_controller(
         tmp_path / "plane", controller, seed=1, data_hash="d", settings={}, facts={"note": "x"}
     )
-    assert load_controller("plane", tmp_path).content_hash == controller.content_hash
+    assert load_controller("plane", folder=tmp_path).content_hash == controller.content_hash
 
 
 def test_a_checkpoint_says_how_it_came_about(stem, person):
@@ -154,13 +155,14 @@ def test_weights_that_belong_to_nothing_are_refused(tmp_path, person):
         load_alignment(tmp_path / "a")
 
 
-def test_a_controller_made_twice_is_the_same_file(tmp_path, monkeypatch):
+def test_controllers_made_twice_are_the_same_files(tmp_path, monkeypatch):
     monkeypatch.setattr("models.make_controllers.TRAJECTORIES", 40)
     settings = ControllerSettings(hidden=8, steps=10, batch=16)
-    first = make_controller("plane", 5, settings, tmp_path / "a")
-    again = make_controller("plane", 5, settings, tmp_path / "b")
-    assert first == again
-    assert (tmp_path / "a/plane.safetensors").read_bytes() == (
-        tmp_path / "b/plane.safetensors"
-    ).read_bytes()
-    assert load_controller("plane", tmp_path / "a").decoder.outputs == 7
+    for folder in ("a", "b"):
+        make_controllers("plane", 5, settings, tmp_path / folder)
+    files = sorted((tmp_path / "a").iterdir())
+    assert len(files) == 2 * len(CONTROLLERS)
+    for file in files:
+        assert file.read_bytes() == (tmp_path / "b" / file.name).read_bytes(), file.name
+    for form in CONTROLLERS:
+        assert load_controller("plane", form, tmp_path / "a").form == form

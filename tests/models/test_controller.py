@@ -8,15 +8,19 @@ from hypothesis import strategies as st
 from jaxtyping import TypeCheckError
 from numpy.testing import assert_allclose, assert_array_equal
 
-from models.checkpoints import PRETRAINED, read_checkpoint
+from models.checkpoints import CONTROLLERS, PRETRAINED, load_controller, read_checkpoint
+from models.controller import WarpedController
 from models.controller_training import (
     ConditionalAutoencoder,
     ControllerSettings,
     fit_controller,
 )
-from models.errors import ShapeError
+from models.errors import InputError, ShapeError
+from models.monomials import monomials
 from models.panda import Q_MAX, Q_MIN
+from models.queries import sample_pool
 from models.reference_training import decode_torch
+from models.tasks import TASKS, get_task
 from tests.models.conftest import random_joints
 
 
@@ -42,23 +46,39 @@ def test_the_decoder_of_torch_is_the_same(controller, pool):
     )
 
 
-def test_linearise_is_the_derivative_at_zero(controller, pool):
-    s = pool.states[:20]
-    jacobian = controller.linearise(s)
-    z = 1e-3 * pool.latents[:20]
-    assert_allclose(controller.decode(z, s), (jacobian @ z[..., None])[..., 0], atol=1e-5)
-    assert controller.linearise(s[0]).shape == (7, 2)
+@pytest.mark.parametrize("task", TASKS)
+@pytest.mark.parametrize("form", CONTROLLERS)
+def test_every_form_is_at_rest_for_zero_and_close_to_its_secant_and_its_expansion(
+    task, form, kinematics
+):
+    learned = load_controller(task, form)
+    pool = sample_pool(get_task(task), learned, kinematics, 200, np.random.default_rng(1))
+    s, z = pool.states, pool.latents
+    assert_array_equal(learned.decode(np.zeros_like(z), s), np.zeros_like(s))
+    a = learned.decode(z, s)
+
+    def missed(guess):
+        return np.sqrt(np.mean((a - guess) ** 2) / np.mean(a**2))
+
+    linear = missed((learned.secant(s) @ z[..., None])[..., 0])
+    cubic = missed((learned.expand(s) @ monomials(z)[..., None])[..., 0])
+    assert linear < 0.12
+    assert cubic < 0.05
+    assert cubic <= 0.7 * linear + 1e-9
 
 
-def test_the_secant_is_closer_than_the_tangent_over_the_whole_disc(controller, pool):
-    a = controller.decode(pool.latents, pool.states)
+def test_a_warped_latent_means_another_thing_at_every_state(kinematics):
+    plain, warped = load_controller("plane"), load_controller("plane", "warped")
+    assert isinstance(warped, WarpedController)
+    pool = sample_pool(get_task("plane"), plain, kinematics, 300, np.random.default_rng(1))
+    assert 1.0 < np.std(warped.angle(pool.states)) < 1.5
+    z = np.broadcast_to([0.5, 0.0], (300, 2))
+    assert np.abs(warped.decode(z, pool.states) - plain.decode(z, pool.states)).max() > 0.1
 
-    def missed(matrix):
-        return np.sqrt(np.mean((a - (matrix @ pool.latents[..., None])[..., 0]) ** 2))
 
-    secant = missed(controller.secant(pool.states))
-    assert secant < 0.08 * np.sqrt(np.mean(a**2))
-    assert secant <= missed(controller.linearise(pool.states))
+def test_there_is_no_other_form():
+    with pytest.raises(InputError, match="choose one of: autoencoder, linear"):
+        load_controller("plane", "quadratic")
 
 
 @given(st.lists(st.floats(-1.0, 1.0), min_size=2, max_size=2), st.floats(0.0, 100.0))

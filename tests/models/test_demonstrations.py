@@ -89,7 +89,7 @@ def test_a_task_starts_at_home_and_finds_every_point_of_its_workspace(name, kine
 
 
 def test_a_point_out_of_reach_does_not_break_the_search(plane, kinematics):
-    q = joints_at(plane, kinematics, np.array([[3.0, 0.0]]))
+    q = joints_at(plane.motions[0], kinematics, np.array([[3.0, 0.0]]))
     assert np.all((q >= Q_MIN) & (q <= Q_MAX))
 
 

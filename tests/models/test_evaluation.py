@@ -1,12 +1,13 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from numpy.testing import assert_allclose
 
 from models.evaluation import (
     direction_error_deg,
+    judge_moves,
     motion_gain,
-    move_errors,
     position_error,
     rotation_error,
 )
@@ -28,7 +29,8 @@ def test_rotation_error_is_the_angle_between_two_poses(kinematics, plane):
 
 
 def test_who_means_the_opposite_is_wrong_by_the_rest_of_the_half_turn(person, kinematics, pool):
-    opposite = replace(person.human, preference=-person.human.preference)
+    turned = replace(person.human.preference, matrix=-person.human.preference.matrix)
+    opposite = replace(person.human, preference=turned)
     s = pool.states[:10]
     error = direction_error_deg(person.mapping, person.human, kinematics, s)
     other = direction_error_deg(person.mapping, opposite, kinematics, s)
@@ -49,11 +51,21 @@ def test_what_was_learned_is_as_fast_as_meant(person, kinematics, pool):
 
 
 def test_moves_asked_for_are_made(person, controller, kinematics, pool):
-    learned = move_errors(person.mapping, person.human, kinematics, pool)
-    not_aligned = move_errors(Mapping(controller), person.human, kinematics, pool)
-    assert learned.position.mean() < 0.06
-    assert not_aligned.position.mean() > 0.5
-    assert learned.rotation.max() < np.radians(1.0)
+    learned = judge_moves(person.mapping, person.human, kinematics, pool)
+    not_aligned = judge_moves(Mapping(controller), person.human, kinematics, pool)
+    assert learned.position_error < 0.06
+    assert not_aligned.position_error > 0.5
+    assert learned.rotation_error < np.radians(0.5)
+    assert 0.9 < learned.motion_gain < 1.1
+
+
+def test_a_robot_that_does_not_move_has_no_gain_and_misses_every_move_whole(
+    person, controller, kinematics, pool
+):
+    still = Mapping(replace(controller, a_scale=0.0))
+    judged = judge_moves(still, person.human, kinematics, pool)
+    assert judged.position_error == pytest.approx(1.0)
+    assert judged.motion_gain == pytest.approx(0.0)
 
 
 def test_the_field_shows_a_move_for_every_side_at_every_point(person, kinematics, plane):

@@ -6,14 +6,8 @@ from numpy.testing import assert_allclose
 
 from models.errors import InputError
 from models.kinematics import HandPose
-from models.simulated_human import (
-    SimulatedHuman,
-    axes,
-    mirrored,
-    random_preference,
-    rotated,
-    sensitivity,
-)
+from models.preferences import Preference, axes, mirrored, random_preference, rotated
+from models.simulated_human import SimulatedHuman, sensitivity
 
 
 def hand_at(x, y):
@@ -45,12 +39,12 @@ def test_a_quarter_turn_makes_right_mean_up(human):
 
 
 def test_a_mirrored_preference_changes_hands_and_a_turned_one_does_not():
-    assert np.linalg.det(rotated(77.0)) == pytest.approx(1.0)
-    assert np.linalg.det(mirrored(rotated(77.0))) == pytest.approx(-1.0)
+    assert np.linalg.det(rotated(77.0).matrix) == pytest.approx(1.0)
+    assert np.linalg.det(mirrored(rotated(77.0)).matrix) == pytest.approx(-1.0)
 
 
 def test_random_preferences_are_of_both_hands(rng):
-    hands = {round(np.linalg.det(random_preference(rng))) for _ in range(50)}
+    hands = {round(np.linalg.det(random_preference(rng).matrix)) for _ in range(50)}
     assert hands == {-1, 1}
 
 
@@ -88,6 +82,6 @@ def test_noise_without_chance_is_refused(human):
 
 def test_a_preference_that_loses_a_direction_is_refused(human):
     with pytest.raises(InputError, match="invertible"):
-        replace(human, preference=np.ones((2, 2)))
+        replace(human, preference=Preference(np.ones((2, 2))))
     with pytest.raises(InputError, match="positive"):
         replace(human, kappa=np.zeros(2))

@@ -6,7 +6,8 @@ import torch
 from numpy.testing import assert_allclose
 
 from models.alignment import PriorWeights
-from models.linear_loss import AlignmentParameters, Labelled, States, Unlabelled, losses
+from models.fast_loss import AlignmentParameters, Labelled, States, Unlabelled, losses
+from models.monomials import COUNT
 from models.priors import (
     consistency_loss,
     proportionality_loss,
@@ -23,7 +24,7 @@ def problem(request, rng):
     """Random answers and draws, with pose changes with and without rotation."""
 
     def states(n):
-        return States(rng.normal(size=(n, 7)), rng.normal(size=(n, request.param, 2)))
+        return States(rng.normal(size=(n, 7)), rng.normal(size=(n, request.param, COUNT)))
 
     labelled = Labelled(rng.uniform(-1, 1, (K, 2)), states(K), rng.normal(size=(K, request.param)))
     unlabelled = Unlabelled(
@@ -45,14 +46,16 @@ def by_torch(parameters, problem, supervised_form, consistency_form):
     ]
     parts = [labelled.states, unlabelled.states, unlabelled.others]
     normalised = torch.from_numpy(np.concatenate([part.normalised for part in parts]))
-    per_latent = torch.from_numpy(np.concatenate([part.per_latent for part in parts]))
+    per_monomial = torch.from_numpy(np.concatenate([part.per_monomial for part in parts]))
 
     def displacement(h, rows):
         x = torch.cat([h, normalised[rows]], dim=-1)
         for index, (weight, bias) in enumerate(tensors):
             x = x @ weight + bias
             x = torch.nn.functional.silu(x) if index < 2 else x
-        return rows, (per_latent[rows] @ x[..., None])[..., 0]
+        a, b = x[:, 0], x[:, 1]
+        powers = [a, b, a * a, a * b, b * b, a**3, a * a * b, a * b * b, b**3]
+        return rows, (per_monomial[rows] @ torch.stack(powers, dim=-1)[..., None])[..., 0]
 
     rows = torch.arange(K), torch.arange(K, K + N), torch.arange(K + N, K + 2 * N)
     h, alpha = torch.from_numpy(unlabelled.h), torch.from_numpy(unlabelled.alpha)

@@ -1,10 +1,11 @@
-"""The losses of :mod:`priors` and their gradient, by hand, for a controller that is linear in z.
+"""The losses of :mod:`priors` and their gradient, by hand, for a controller expanded in z.
 
-One step of the arm is short, so that the hand moves by B(s) z very nearly; B is worked out once for
-every state. What is left to differentiate is the alignment network alone, in plain numpy. The way
-back of the reversibility prior is taken to start where it ends: B(s') is B(s) within a step.
+One step of the arm is short: where it takes the hand is a polynomial in z very nearly, worked out
+once for every state. What is left to differentiate is the alignment network alone, in plain numpy.
+The way back of the reversibility prior is taken to start where it ends: a step changes the state,
+and with it the polynomial, but little.
 
-``tests/models/test_linear_loss.py`` holds this file against automatic differentiation.
+``tests/models/test_fast_loss.py`` holds this file against automatic differentiation.
 """
 
 import math
@@ -14,6 +15,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .alignment import PriorWeights
+from .monomials import monomials, pull_back
 from .priors import STILL, TIP, ConsistencyForm, SupervisedForm
 
 Rows = Float[np.ndarray, "rows _"]
@@ -59,15 +61,15 @@ class States:
 
     Attributes:
         normalised: Joint positions as the network sees them, ``(n, 7)``.
-        per_latent: B, the hand's pose change per unit of z, ``(n, d, 2)``.
+        per_monomial: The hand's pose change per monomial of z, ``(n, d, 9)``.
     """
 
     normalised: np.ndarray
-    per_latent: np.ndarray
+    per_monomial: np.ndarray
 
     def at(self, rows: np.ndarray) -> "States":
         """Some of them."""
-        return States(self.normalised[rows], self.per_latent[rows])
+        return States(self.normalised[rows], self.per_monomial[rows])
 
 
 @dataclass(frozen=True)
@@ -94,8 +96,8 @@ class Unlabelled:
         return Unlabelled(
             self.h[index],
             self.alpha[index],
-            States(self.states.normalised[index], self.states.per_latent[index]),
-            States(self.others.normalised[index], self.others.per_latent[index]),
+            States(self.states.normalised[index], self.states.per_monomial[index]),
+            States(self.others.normalised[index], self.others.per_monomial[index]),
             self.nearness[index],
         )
 
@@ -113,7 +115,7 @@ def losses(
     k = len(labelled.h)
     if unlabelled is None:
         x = np.concatenate([labelled.h, labelled.states.normalised], axis=1)
-        per_latent = labelled.states.per_latent
+        per_monomial = labelled.states.per_monomial
     else:
         h, here = unlabelled.h, unlabelled.states
         # One pass through the network for everything; in this order below.
@@ -122,9 +124,10 @@ def losses(
         x = np.empty((k + 4 * len(h), 9), dtype=h.dtype)
         np.concatenate(sticks, out=x[:, :2])
         np.concatenate([place.normalised for place in places], out=x[:, 2:])
-        per_latent = np.concatenate([place.per_latent for place in places])
+        per_monomial = np.concatenate([place.per_monomial for place in places])
     hidden, z = _forward(parameters, x)
-    change = np.einsum("ndz,nz->nd", per_latent, z)
+    powers = monomials(z)
+    change = (per_monomial @ powers[..., None])[..., 0]
     pull = np.zeros_like(change)  # the loss's derivative in each pose change
     terms = {"supervised": _supervised(change[:k], labelled.intended, pull[:k], supervised_form)}
     if unlabelled is not None:
@@ -135,7 +138,8 @@ def losses(
             weights,
             consistency_form,
         )
-    _backward(parameters, gradient, x, hidden, np.einsum("ndz,nd->nz", per_latent, pull))
+    powers_pull = (pull[:, None, :] @ per_monomial)[:, 0]
+    _backward(parameters, gradient, x, hidden, pull_back(z, powers, powers_pull))
     return terms
 
 

@@ -1,0 +1,79 @@
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from models.demonstrations import DT_S
+from models.errors import UnknownTaskError
+from models.kinematics import HandPose
+from models.tasks import TASKS, get_task
+from models.tasks.base import LEVER_M
+
+
+@pytest.fixture(params=list(TASKS))
+def task(request):
+    return get_task(request.param)
+
+
+def hand_at(x, y, z, turned_rad=0.0):
+    cos, sin = np.cos(turned_rad), np.sin(turned_rad)
+    rotation = np.array([[cos, sin, 0.0], [sin, -cos, 0.0], [0.0, 0.0, -1.0]])
+    return HandPose(np.array([x, y, z]), rotation)
+
+
+def test_demonstrations_use_the_two_degrees_of_freedom_and_nothing_else(task, kinematics, rng):
+    s, a = task.demonstrations(kinematics, rng, 20, 30).pairs()
+    before, after = kinematics.hand_pose(s), kinematics.hand_pose(s + a * DT_S)
+    inside = np.linalg.norm(task.dof_change(before, after), axis=-1)
+    off = np.linalg.norm(task.off_task_change(before, after), axis=-1)
+    assert inside.mean() > 0.005
+    assert off.mean() < 0.02 * inside.mean()
+
+
+def test_every_motion_is_demonstrated_as_often(task, kinematics, rng):
+    s, _ = task.demonstrations(kinematics, rng, 12, 20).pairs()
+    motions = np.bincount(task.motion_at(kinematics.hand_pose(s)))
+    assert_array_equal(motions, [240 // len(task.motions)] * len(task.motions))
+
+
+def test_the_arm_starts_in_the_middle_of_what_it_may_do(task, kinematics):
+    pose = kinematics.hand_pose(task.home_q)
+    assert task.motion_at(pose) == 0
+    assert task.stays_inside(pose, np.zeros(2))
+    assert_allclose(pose.position[2], task.height_m, atol=2e-3)
+
+
+def test_the_jacobian_is_the_derivative_of_the_degrees_of_freedom(task, kinematics, rng):
+    s, _ = task.demonstrations(kinematics, rng, 6, 5).pairs()
+    step = 1e-5 * rng.normal(size=s.shape)
+    change = task.dof_change(kinematics.hand_pose(s), kinematics.hand_pose(s + step))
+    linear = (task.dof_jacobian(kinematics, s) @ step[..., None])[..., 0]
+    assert_allclose(change, linear, atol=1e-8)
+
+
+def test_a_turn_counts_a_lever_for_each_radian():
+    task = get_task("pour")
+    change = task.dof_change(hand_at(0.5, 0.0, 0.3), hand_at(0.5, 0.0, 0.31, 0.04))
+    assert_allclose(change, [0.01, LEVER_M * np.sin(0.04)], atol=1e-12)
+    assert_allclose(task.dof(hand_at(0.5, 0.0, 0.3, 0.4)), [0.3, 0.4 * LEVER_M])
+
+
+def test_the_same_move_means_another_thing_once_the_bottle_is_lifted():
+    task = get_task("reach-and-pour")
+    low, high = hand_at(0.55, 0.1, 0.15), hand_at(0.55, 0.1, 0.3)
+    assert_allclose(task.dof_change(low, hand_at(0.56, 0.1, 0.16)), [0.01, 0.0], atol=1e-12)
+    assert_allclose(task.dof_change(high, hand_at(0.56, 0.1, 0.31)), [0.01, 0.0], atol=1e-12)
+    assert_allclose(task.off_task_change(high, hand_at(0.56, 0.1, 0.31))[:2], [0.01, 0.0])
+    assert task.azimuth(low) == pytest.approx(np.arctan2(0.1, 0.55))
+    assert task.azimuth(high) == 0.0
+
+
+def test_a_long_move_at_the_edge_leaves_the_workspace(task):
+    middle = np.mean(task.workspace, axis=0)
+    pose = task.pose_at(middle)
+    assert task.stays_inside(pose, np.array([0.02, 0.02]))
+    assert not task.stays_inside(pose, np.array([0.5, 0.0]))
+
+
+def test_a_task_that_does_not_exist_is_named_with_those_that_do():
+    with pytest.raises(UnknownTaskError, match="'fly'; choose one of: plane, pour, reach"):
+        get_task("fly")
