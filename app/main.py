@@ -38,7 +38,7 @@ def create_app(settings: Settings) -> FastAPI:
         torch.set_num_threads(1)  # the control loop needs the other core
         database = Database(settings.database_path)
         pack = open_pack(settings.pack_dir)
-        controllers = {settings.task: load_controller(settings.task)}
+        controllers: dict[str, LatentController] = {settings.task: load_controller(settings.task)}
         supervisor = Supervisor(database, settings)
         service = Service(
             settings=settings,

@@ -13,6 +13,7 @@ import numpy as np
 from .alignment import STRATEGIES, Alignment, fit_affine, get_strategy
 from .checkpoints import CONTROLLERS, load_controller
 from .controller import LatentController
+from .designed_queries import design_queries
 from .errors import InputError
 from .evaluation import judge_moves
 from .kinematics import Kinematics
@@ -182,7 +183,13 @@ def _ask(cell: Cell, world: _World, person: SimulatedHuman) -> Labels:
     after = world.kinematics.hand_pose(pool.next_states)
     # Full stick is the controller's long step: nobody is asked for a longer one.
     fit = np.flatnonzero(np.linalg.norm(task.dof_change(before, after), axis=-1) <= world.kappa[0])
-    rows = _chance(cell.seed, _QUESTIONS).choice(fit, cell.labels, replace=False)
+    chance = _chance(cell.seed, _QUESTIONS)
+    if cell.queries == "designed":
+        rows = np.array(
+            design_queries(task, world.kinematics, pool, cell.labels, chance, allowed=fit)
+        )
+    else:
+        rows = chance.choice(fit, cell.labels, replace=False)
     states, next_states = pool.states[rows], pool.next_states[rows]
     h = person.label(
         world.kinematics.hand_pose(states),

@@ -25,10 +25,10 @@ Complex = np.ndarray  # of complex numbers
 
 # The forms that compete, each with what it costs beforehand (a logarithm of odds).
 _EXPONENTS = np.array([0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.15, 1.3, 1.5, 1.75, 2.0, 2.5])
-_CURVED_COST, _CURVED_SCALE = 2.5, 0.5
-_POLAR_COST = 1.0
-_SKEWS = ((0.02, 0.0), (0.2, 1.5))  # standard deviation of the part that mirrors
-_DRIFTS = ((0.0, 0.0), (0.15, 1.5), (0.4, 3.0))  # of what changes over the workspace
+_CURVED_COST, _CURVED_SCALE = 4.0, 0.5
+_POLAR_COST = 2.0
+_SKEWS = ((0.02, 0.0), (0.2, 3.0))  # standard deviation of the part that mirrors
+_DRIFTS = ((0.0, 0.0), (0.15, 3.0), (0.4, 5.0))  # of what changes over the workspace
 _DRIFT_LENGTH_M = 0.2
 _NOISES = np.array([0.002, 0.005, 0.012, 0.03, 0.05, 0.08, 0.12, 0.18, 0.27, 0.4, 0.6])
 # Very short moves have no direction to speak of: their noise, in steps of full stick.
@@ -108,7 +108,7 @@ class MotionMap:
 
     def at(self, place: np.ndarray) -> tuple[Complex, Complex]:
         """c and d at places ``(..., 2)`` in [m]."""
-        near = _nearness(place, self.centres)
+        near = nearness(place, self.centres)
         return self.c[0] + near @ self.c[1:], self.d[0] + near @ self.d[1:]
 
 
@@ -286,7 +286,7 @@ def _covariance(
     """Of what is said at ``place`` for ``f`` with what is said at the rows."""
     c, d = (skew, 1.0) if is_mirrored else (1.0, skew)
     straight = f[:, None] * rows.f.conj()[None]
-    near = drift**2 * _nearness(place, rows.place)
+    near = drift**2 * nearness(place, rows.place)
     covariance: Complex = (c**2 + near) * straight + (d**2 + near) * straight.conj()
     return covariance
 
@@ -354,7 +354,8 @@ def _explained(evidence: Evidence, reading: Reading, maps: tuple[MotionMap, ...]
     return kept if kept.mean() > 0.5 else np.ones(len(evidence), dtype=bool)
 
 
-def _nearness(place: np.ndarray, centres: np.ndarray) -> np.ndarray:
+def nearness(place: np.ndarray, centres: np.ndarray) -> np.ndarray:
+    """How alike the map is at places ``(..., 2)`` and ``(k, 2)``, from 0 to 1: ``(..., k)``."""
     apart = place[..., None, :] - centres
     near: np.ndarray = np.exp(-0.5 * np.sum(apart**2, axis=-1) / _DRIFT_LENGTH_M**2)
     return near
