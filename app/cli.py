@@ -5,16 +5,25 @@ import logging
 import os
 import socket
 import sys
+from typing import NoReturn
 
 from pydantic import ValidationError
 
 from app.settings import Settings
+from app.simulate_command import add_simulate, run_page, run_simulate
 from models.errors import ModelsError
+
+
+class _OneLineParser(argparse.ArgumentParser):
+    """Says in one line what is wrong, without the usage that hides it."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message}; '{self.prog} --help' shows what is allowed.\n")
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run a command; returns its exit code."""
-    parser = argparse.ArgumentParser(
+    parser = _OneLineParser(
         prog="joymap", description="Learn how each person wants to steer a robot arm."
     )
     commands = parser.add_subparsers(dest="command", required=True)
@@ -22,6 +31,7 @@ def main(arguments: list[str] | None = None) -> int:
     serve.add_argument("--host", help="address to listen on (JOYMAP_HOST)")
     serve.add_argument("--port", type=int, help="port to listen on (JOYMAP_PORT)")
     commands.add_parser("migrate", help="bring the database to the newest schema")
+    add_simulate(commands)
     chosen = parser.parse_args(arguments)
     options = {
         name: value
@@ -34,6 +44,14 @@ def main(arguments: list[str] | None = None) -> int:
         first = error.errors()[0]
         print(f"JOYMAP_{'_'.join(map(str, first['loc'])).upper()}: {first['msg']}", file=sys.stderr)
         return 2
+    # One thread for every numeric library, before any of them is loaded: the cores are shared by
+    # the control loop and the trainings, or by the workers of a simulation.
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+    if chosen.command == "simulate":
+        return run_simulate(chosen, settings)
+    if chosen.command == "simulate-page":
+        return run_page(chosen, settings)
     return {"serve": _serve, "migrate": _migrate}[chosen.command](settings)
 
 
@@ -45,10 +63,6 @@ def _migrate(settings: Settings) -> int:
 
 
 def _serve(settings: Settings) -> int:
-    # One thread for every numeric library, before any of them is loaded: two cores are shared
-    # by the control loop and the trainings.
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
     logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
     logging.getLogger("alembic").setLevel(logging.WARNING)
 

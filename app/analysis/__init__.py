@@ -1,0 +1,1 @@
+"""What experiments showed: tables, figures, pages. The only room that speaks matplotlib."""

@@ -1,0 +1,123 @@
+"""Carries the cells of a grid out in worker processes."""
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import torch
+from pebble import ProcessExpired, ProcessPool
+
+from app.analysis.simulation_journal import Journal
+from app.analysis.simulation_rows import SimulationError
+from models.errors import ModelsError
+from models.experiment import Cell, Row, run_cell
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A cell that came to nothing, and why, in one sentence."""
+
+    cell: Cell
+    reason: str
+
+
+def run_cells(
+    cells: Sequence[Cell],
+    journal: Journal,
+    workers: int,
+    on_end: Callable[[Failure | None], None],
+    run: Callable[[Cell], Row] = run_cell,
+) -> list[Failure]:
+    """Run the cells, in their order as far as workers are free, and keep each row at once.
+
+    A cell that fails leaves the others alone.
+
+    Args:
+        cells: What to run.
+        journal: Takes the rows.
+        workers: How many processes.
+        on_end: Called after each cell, with what went wrong or ``None``.
+        run: What a worker does with a cell; importable by name.
+
+    Raises:
+        SimulationError: If the workers were killed.
+        KeyboardInterrupt: On Ctrl-C; every row that was finished is kept.
+    """
+    failures: list[Failure] = []
+    with _pool(workers) as pool:
+        with _ignoring_ctrl_c():
+            futures: dict[Future[tuple[Row, float]], Cell] = {
+                pool.schedule(_timed, args=(run, cell)): cell for cell in cells
+            }
+        for future in as_completed(futures):
+            cell = futures[future]
+            failure = _keep(future, cell, journal)
+            failures += [failure] if failure else []
+            on_end(failure)
+    return failures
+
+
+def _keep(future: Future[tuple[Row, float]], cell: Cell, journal: Journal) -> Failure | None:
+    try:
+        row, seconds = future.result()
+    except BrokenProcessPool as error:
+        raise SimulationError("The worker processes were killed.") from error
+    except ProcessExpired as error:
+        return Failure(cell, f"Its process died (exit code {error.exitcode}).")
+    except ModelsError as error:
+        return Failure(cell, str(error))
+    except Exception as error:
+        # Whatever it is, it is this cell's alone; its kind helps those who look for the cause.
+        return Failure(cell, f"{type(error).__name__}: {error}")
+    journal.add(cell, row, seconds)
+    return None
+
+
+@contextmanager
+def _pool(workers: int) -> Iterator[ProcessPool]:
+    pool = ProcessPool(
+        max_workers=workers,
+        context=multiprocessing.get_context("spawn"),
+        initializer=_prepare,
+    )
+    try:
+        yield pool
+    finally:
+        # Nothing is lost: a cell that is under way has not been counted.
+        pool.stop()  # type: ignore[no-untyped-call]
+        pool.join()
+
+
+@contextmanager
+def _ignoring_ctrl_c() -> Iterator[None]:
+    """Processes started meanwhile never hear Ctrl-C, which the terminal sends to all of them."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _timed(run: Callable[[Cell], Row], cell: Cell) -> tuple[Row, float]:
+    began_s = time.perf_counter()
+    return run(cell), time.perf_counter() - began_s
+
+
+def _prepare() -> None:
+    """Make a fresh process ready."""
+    threading.Thread(target=_die_with_parent, daemon=True).start()
+    torch.set_num_threads(1)
+
+
+def _die_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
