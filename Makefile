@@ -1,8 +1,8 @@
-# run · test · check · bench · controllers · lock — each does its own set-up.
+# run · test · check · bench · simulation · controllers · lock — each does its own set-up.
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DELETE_ON_ERROR:
-.PHONY: run setup test check bench controllers lock clean
+.PHONY: run setup test check bench simulation controllers lock clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -58,6 +58,25 @@ check: $(VENV)/.test $(PANDA)/manifest.json
 
 bench: $(VENV)/.test $(PANDA)/manifest.json
 	$(BIN)/python -m tests.benchmarks
+
+# Half an hour on two cores. A run that was stopped goes on where it was; after a change of the code,
+# FRESH=--fresh begins anew.
+SIMULATION := $(DATA)/simulation
+SIMULATE := $(BIN)/joymap simulate $(FRESH)
+PEOPLE := axes,rotated:45,mirrored,swapped,polar,expo:0.7,expo:1.5,gain:0.6,random+expo:0.7,polar+gain:0.6
+simulation: setup
+	$(SIMULATE) --out $(SIMULATION)/paper
+	$(SIMULATE) --out $(SIMULATION)/labels --method no-priors,all-priors,task-space \
+	  --labels 3,5,7,8,10,20,30 --queries random,designed
+	$(SIMULATE) --out $(SIMULATION)/people --method all-priors,task-space \
+	  --preference $(PEOPLE) --noise 0,0.1
+	$(SIMULATE) --out $(SIMULATION)/wrong-answers --method no-priors,all-priors,task-space \
+	  --noise 0.1 --wrong-answers 0,0.1,0.2
+	$(SIMULATE) --out $(SIMULATION)/controllers --task plane --noise 0,0.1 \
+	  --controller autoencoder,linear,principal,warped
+	$(BIN)/joymap simulate-page --paper $(SIMULATION)/paper --labels $(SIMULATION)/labels \
+	  --people $(SIMULATION)/people $(SIMULATION)/wrong-answers \
+	  --controllers $(SIMULATION)/controllers --out docs/simulation.md
 
 controllers: setup
 	$(BIN)/python -m models.make_controllers

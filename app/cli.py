@@ -10,7 +10,7 @@ from typing import NoReturn
 from pydantic import ValidationError
 
 from app.settings import Settings
-from app.simulate_command import add_simulate, run_page, run_simulate
+from app.simulate_command import THREAD_COUNTS, add_simulate, run_page, run_simulate
 from models.errors import ModelsError
 
 
@@ -46,7 +46,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     # One thread for every numeric library, before any of them is loaded: the cores are shared by
     # the control loop and the trainings, or by the workers of a simulation.
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    for name in THREAD_COUNTS:
         os.environ.setdefault(name, "1")
     if chosen.command == "simulate":
         return run_simulate(chosen, settings)

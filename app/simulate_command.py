@@ -16,6 +16,8 @@ from models.errors import ModelsError
 if TYPE_CHECKING:
     from app.analysis.simulation_grid import Grid
 
+# What the numeric libraries read when they are loaded.
+THREAD_COUNTS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _MOST_SEEDS = 10_000
 _MOST_WORKERS = 256
 _REFUSED = 2
@@ -83,8 +85,10 @@ def _add_page(commands: Any) -> None:
 
 def run_simulate(chosen: argparse.Namespace, settings: Settings) -> int:
     """Run or finish a grid and write its files; returns the exit code."""
-    # The learning core looks for the arm's pack where this says.
+    # The workers inherit these: where the learning core looks for the arm's pack, and one thread
+    # each, whatever the shell says, since the last digits of a row depend on their number.
     os.environ["JOYMAP_PANDA_DIR"] = str(settings.pack_dir)
+    os.environ.update(dict.fromkeys(THREAD_COUNTS, "1"))
     try:
         return _simulate(chosen)
     except KeyboardInterrupt:
@@ -119,10 +123,10 @@ def _simulate(chosen: argparse.Namespace) -> int:
     from models.panda_pack import open_pack
 
     try:
-        grid = _grid(chosen)
-        cells = grid.cells()
         workers = _workers(chosen.workers)
         _check_places(chosen)
+        grid = _grid(chosen)
+        cells = grid.cells()
     except (ModelsError, SimulationError) as error:
         return _end(_REFUSED, str(error))
     try:
