@@ -19,7 +19,7 @@ from app.errors import JoymapError
 from app.jobs.supervisor import Supervisor
 from app.routers import ROUTERS, pages
 from app.routers.dependencies import Service
-from app.services import drives
+from app.services import drives, queries
 from app.settings import STATIC_DIR, Settings
 from app.storage.database import Database
 from app.teleop.live_sessions import LiveSessions
@@ -38,15 +38,21 @@ def create_app(settings: Settings) -> FastAPI:
         torch.set_num_threads(1)  # the control loop needs the other core
         database = Database(settings.database_path)
         pack = open_pack(settings.pack_dir)
+        kinematics = Kinematics.from_urdf(pack.urdf)
         controllers: dict[str, LatentController] = {settings.task: load_controller(settings.task)}
+        surveys = {
+            name: queries.survey_task(name, controller, kinematics)
+            for name, controller in controllers.items()
+        }
         supervisor = Supervisor(database, settings)
         service = Service(
             settings=settings,
             database=database,
-            live=LiveSessions(settings, database, pack, controllers),
+            live=LiveSessions(settings, database, pack, controllers, kinematics),
             supervisor=supervisor,
             controllers=controllers,
-            kinematics=Kinematics.from_urdf(pack.urdf),
+            kinematics=kinematics,
+            surveys=surveys,
             boot=str(uuid.uuid4()),
         )
         app.state.service = service

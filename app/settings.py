@@ -27,7 +27,17 @@ class Settings(BaseSettings):
     )
     # The others are there for simulations; their scenes are still to come.
     task: Literal["plane"] = Field("plane", description="The task participants label and drive.")
-    labels_wanted: PositiveInt = Field(7, description="Labelled moves before training starts.")
+    labels_wanted: PositiveInt = Field(
+        7, description="Labelled moves before training starts; at most so many if designed."
+    )
+    queries: Literal["random", "designed"] = Field(
+        "random", description="Moves to label: drawn at random, or chosen so that few suffice."
+    )
+    enough_error: PositiveFloat = Field(
+        0.1,
+        description="With designed queries, labels are enough once the expected error of a move, "
+        "over its length, is below this.",
+    )
     practice_s: PositiveFloat = Field(60.0, description="Time offered to practise, in seconds.")
     teleop_rate_hz: PositiveFloat = Field(60.0, description="Ticks of the control loop a second.")
     silence_s: PositiveFloat = Field(

@@ -107,8 +107,6 @@ def run_page(chosen: argparse.Namespace, settings: Settings) -> int:
     try:
         groups = [chosen.paper, chosen.labels, chosen.people, chosen.controllers]
         runs = Runs(*(tuple(read_run(folder) for folder in group) for group in groups))
-        for folder in (chosen.out.parent, pictures):
-            folder.mkdir(parents=True, exist_ok=True)
         write_page(runs, chosen.out, pictures)
     except SimulationError as error:
         return _end(_REFUSED, str(error))
@@ -120,6 +118,7 @@ def run_page(chosen: argparse.Namespace, settings: Settings) -> int:
 
 def _simulate(chosen: argparse.Namespace) -> int:
     from app.analysis.simulation_rows import SimulationError
+    from app.analysis.simulation_run import WorkersKilled
     from models.panda_pack import open_pack
 
     try:
@@ -135,6 +134,8 @@ def _simulate(chosen: argparse.Namespace) -> int:
         return _end(1, str(error))
     try:
         return _carry_out(chosen, grid, cells, workers)
+    except WorkersKilled as error:
+        return _end(1, str(error))
     except SimulationError as error:
         return _end(_REFUSED, str(error))
     except OSError as error:
@@ -146,7 +147,13 @@ def _carry_out(chosen: argparse.Namespace, grid: "Grid", cells: list[Any], worke
 
     from app.analysis.simulation_grid import running_order
     from app.analysis.simulation_journal import open_journal, origin
-    from app.analysis.simulation_output import Run, as_json, write_run, written_names
+    from app.analysis.simulation_output import (
+        Run,
+        as_json,
+        remove_results,
+        write_run,
+        written_names,
+    )
     from app.analysis.simulation_progress import duration, progress, say
     from app.analysis.simulation_rows import write_file
     from app.analysis.simulation_run import run_cells
@@ -156,6 +163,8 @@ def _carry_out(chosen: argparse.Namespace, grid: "Grid", cells: list[Any], worke
         missing = [cell for cell in running_order(cells) if cell not in journal.rows]
         if len(missing) < len(cells):
             say(console, f"{len(cells) - len(missing)} of {len(cells)} cells are there already.")
+        if missing:
+            remove_results(chosen.out)
         with progress(console, len(cells) - len(missing), len(cells)) as on_end:
             failures = run_cells(missing, journal, workers, on_end)
         done = [cell for cell in cells if cell in journal.rows]

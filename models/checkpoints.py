@@ -19,7 +19,7 @@ from safetensors import SafetensorError
 from safetensors.numpy import load as arrays_from_bytes
 from safetensors.numpy import save as arrays_to_bytes
 
-from .alignment import Alignment, NetworkAlignment
+from .alignment import AffineAlignment, Alignment, NetworkAlignment, get_strategy
 from .controller import (
     AutoencoderController,
     LatentController,
@@ -27,8 +27,11 @@ from .controller import (
     WarpedController,
 )
 from .errors import CheckpointError, InputError, ShapeError
+from .kinematics import Kinematics
 from .network import Activation, Mlp
 from .panda import N_JOINTS
+from .task_space import TaskSpaceAlignment
+from .tasks import Task
 
 FORMAT = 1
 # What a controller may be made of.
@@ -132,19 +135,42 @@ def save_alignment(
     return _save(stem, "alignment", alignment.to_arrays(), seed, data_hash, settings, about)
 
 
-def load_alignment(stem: Path) -> Alignment:
+def load_alignment(
+    stem: Path, task: Task, kinematics: Kinematics, controller: LatentController
+) -> Alignment:
     """An alignment.
 
+    Args:
+        stem: Of its files.
+        task: What it steers.
+        kinematics: The arm.
+        controller: What it is for.
+
     Raises:
-        CheckpointError: If it is missing, unfinished, damaged or of another kind.
+        CheckpointError: If it is missing, unfinished, damaged, of another kind or for another
+            controller.
     """
     checkpoint, arrays = _load(stem, "alignment")
+    controller_hash = str(checkpoint.facts["controller_hash"])
+    if controller_hash != controller.content_hash:
+        raise CheckpointError(f"'{stem.name}' was learned for another controller.")
+    strategy = get_strategy(str(checkpoint.facts["strategy"]))
+    if strategy.kind == "task-space":
+        try:
+            return TaskSpaceAlignment.from_arrays(
+                arrays, strategy.name, task, kinematics, controller
+            )
+        except ShapeError as error:
+            raise CheckpointError(f"The numbers of '{stem.name}' do not fit together.") from error
+    if strategy.kind == "affine":
+        matrix, offset = _array(arrays, "matrix", (2, 2)), _array(arrays, "offset", (2,))
+        return AffineAlignment(strategy.name, matrix, offset, controller_hash)
     return NetworkAlignment(
-        strategy=str(checkpoint.facts["strategy"]),
+        strategy=strategy.name,
         mlp=_network(arrays, "mlp", "silu"),
         s_mean=_array(arrays, "s_mean", (N_JOINTS,)),
         s_scale=_array(arrays, "s_scale", (N_JOINTS,)),
-        controller_hash=str(checkpoint.facts["controller_hash"]),
+        controller_hash=controller_hash,
     )
 
 

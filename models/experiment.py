@@ -22,7 +22,7 @@ from .panda_pack import open_pack
 from .preferences import parse_preference
 from .queries import QueryPool, sample_pool
 from .simulated_human import SimulatedHuman, make_wrong, sensitivity
-from .task_space import fit_task_space
+from .task_space import Survey, fit_task_space, survey
 from .tasks import get_task
 from .training import Labels, fit_alignment, settings_for
 
@@ -156,6 +156,7 @@ class _World:
     pool: QueryPool
     test: QueryPool
     kappa: np.ndarray
+    survey: Survey
 
 
 @lru_cache(maxsize=8)
@@ -163,7 +164,14 @@ def _world(task_name: str, form: str, unlabelled: int, seed: int) -> _World:
     task, kinematics, controller = get_task(task_name), _kinematics(), _controller(task_name, form)
     pool = sample_pool(task, controller, kinematics, unlabelled, _chance(seed, _POOL))
     test = sample_pool(task, controller, kinematics, _TEST_MOVES, _chance(seed, _TEST))
-    return _World(kinematics, controller, pool, test, sensitivity(task, kinematics, pool))
+    return _World(
+        kinematics,
+        controller,
+        pool,
+        test,
+        sensitivity(task, kinematics, pool),
+        survey(task, kinematics, pool),
+    )
 
 
 @lru_cache(maxsize=1)
@@ -210,7 +218,7 @@ def _learn(cell: Cell, world: _World, person: SimulatedHuman, labels: Labels) ->
         z = pool.latents[_reachable(world, person)]
         return fit_affine(labels.human_inputs, z, strategy.name, world.controller.content_hash)
     if strategy.kind == "task-space":
-        return fit_task_space(world.controller, world.kinematics, task, labels, pool)
+        return fit_task_space(world.controller, world.kinematics, task, labels, world.survey)
     return fit_alignment(
         strategy,
         world.controller,

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .arrays import JointPath, JointPositions, LatentAction, Scalars
+from .arrays import Indices, JointPath, JointPositions, LatentAction, Scalars
 from .controller import LatentController
 from .demonstrations import DT_S
 from .errors import InputError, ShapeError
@@ -118,10 +118,15 @@ def choose_queries(
     Raises:
         InputError: If the pool has fewer than ``k`` such samples.
     """
-    fit = np.flatnonzero(pool.can_show & (pool.travel_m >= min_travel_m))
+    fit = showable(pool, min_travel_m)
     if not 0 < k <= len(fit):
         raise InputError(f"{k} questions were asked for; the pool has {len(fit)} that fit.")
     return [int(index) for index in rng.choice(fit, k, replace=False)]
+
+
+def showable(pool: QueryPool, min_travel_m: float) -> Indices:
+    """Samples that stay in the workspace when shown and move the hand by that much in one step."""
+    return np.flatnonzero(pool.can_show & (pool.travel_m >= min_travel_m))
 
 
 def make_query(

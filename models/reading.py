@@ -10,6 +10,7 @@ curved; whether the map changes over the workspace; and how noisy the person is.
 such map explains are left out.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -127,7 +128,7 @@ class Understanding:
     doubtful: tuple[int, ...]
 
 
-def understand(evidence: Evidence, places: list[np.ndarray]) -> Understanding:
+def understand(evidence: Evidence, places: Sequence[np.ndarray]) -> Understanding:
     """Choose a reading by its evidence and regress the maps; what disagrees is left out.
 
     Args:
@@ -187,23 +188,28 @@ def read_labels(task: Task, kinematics: Kinematics, labels: Labels, unit_m: floa
 
 @dataclass(frozen=True)
 class _Rows:
-    """Answers to one motion, ready for regression: ``y = c f + d conj(f)`` with even noise."""
+    """Answers to one motion, ready for regression: ``y = c f + d conj(f)`` with even noise.
+
+    Attributes:
+        f: Moves, ``(k,)``.
+        y: Sticks under each exponent, ``(exponents, k)``.
+        place: Where, ``(k, 2)`` in [m].
+    """
 
     f: Complex
     y: Complex
     place: np.ndarray
-    scale: float  # of y, so that the greater of c and d is about 1
 
 
-def _rows(evidence: Evidence, motion: int, is_polar: bool, exponent: float) -> _Rows:
+def _rows(evidence: Evidence, motion: int, is_polar: bool, *exponents: float) -> _Rows:
     here = evidence.motion == motion
-    u = evidence.u[here]
+    u, h = evidence.u[here], evidence.h[here]
     if is_polar:
         u = u * np.exp(-1j * evidence.azimuth[here])
     length = np.sqrt(np.abs(u) ** 2 + _BLUR**2)
-    y = _bent(evidence.h[here], 1.0 / exponent) / length
-    scale = float(np.median(np.abs(y))) if len(y) else 1.0
-    return _Rows(u / length, y, evidence.place[here], max(scale, 1e-3))
+    bend = 1.0 / np.array(exponents)[:, None] - 1.0
+    y = h * np.maximum(np.abs(h), 1e-12) ** bend / length
+    return _Rows(u / length, y, evidence.place[here])
 
 
 def _best_reading(evidence: Evidence, motions: int) -> tuple[Reading, tuple[bool, ...]]:
@@ -229,18 +235,14 @@ def _search(
 ) -> tuple[float, tuple[Reading, tuple[bool, ...]]]:
     """The best exponent, skew, drift and noise for a frame."""
     log_h = np.log(np.maximum(np.abs(evidence.h), 0.02))
-    rows = {
-        (motion, exponent): _rows(evidence, motion, is_polar, exponent)
-        for motion, exponent in product(range(motions), exponents)
-    }
+    rows = [_rows(evidence, motion, is_polar, *exponents) for motion in range(motions)]
     best_score, best = -np.inf, None
     for (skew, skew_cost), (drift, drift_cost) in product(_SKEWS, _DRIFTS):
         total = np.zeros((len(exponents), len(_NOISES)))
         mirrored = np.zeros((motions, len(exponents), len(_NOISES)), dtype=bool)
         for motion in range(motions):
-            same = [rows[motion, exponent] for exponent in exponents]
             scores = np.stack(
-                [_evidence(same, is_mirror, skew, drift) for is_mirror in (False, True)]
+                [_evidence(rows[motion], is_mirror, skew, drift) for is_mirror in (False, True)]
             )
             mirrored[motion] = scores[1] > scores[0]
             total += np.logaddexp(scores[0], scores[1])
@@ -262,18 +264,17 @@ def _search(
     return best_score, best
 
 
-def _evidence(same: list[_Rows], is_mirrored: bool, skew: float, drift: float) -> np.ndarray:
+def _evidence(rows: _Rows, is_mirrored: bool, skew: float, drift: float) -> np.ndarray:
     """Log likelihood for each exponent and noise: ``(exponents, noises)``."""
-    first = same[0]
-    k = len(first.f)
+    k = len(rows.f)
     if k == 0:
-        return np.zeros((len(same), len(_NOISES)))
+        return np.zeros((len(rows.y), len(_NOISES)))
     values, vectors = np.linalg.eigh(
-        _covariance(first, first.place, first.f, is_mirrored, skew, drift)
+        _covariance(rows, rows.place, rows.f, is_mirrored, skew, drift)
     )
-    scales = np.array([rows.scale for rows in same])
-    y = np.stack([rows.y for rows in same]) / scales[:, None]
-    power = np.abs(y @ vectors.conj()) ** 2  # (exponents, k)
+    # Scaled so that the greater of c and d is about 1.
+    scales = np.maximum(np.median(np.abs(rows.y), axis=1), 1e-3)
+    power = np.abs(rows.y / scales[:, None] @ vectors.conj()) ** 2  # (exponents, k)
     spread = np.maximum(values, 0.0)[None] + _NOISES[:, None] ** 2  # (noises, k)
     fit = power @ (1.0 / spread).T + np.log(spread).sum(axis=1) + k * np.log(np.pi)
     score: np.ndarray = -fit - 2.0 * k * np.log(scales)[:, None]
@@ -300,7 +301,7 @@ def _regress(
     c, d = (skew, 1.0) if is_mirrored else (1.0, skew)
     gram = _covariance(rows, rows.place, rows.f, is_mirrored, skew, drift)
     gram = gram + reading.noise**2 * np.eye(len(rows.f))
-    weights = np.linalg.solve(gram, rows.y)
+    weights = np.linalg.solve(gram, rows.y[0])
     along, across = rows.f.conj() * weights, rows.f * weights
     # What is not known yet, at places of the pool, for moves to all sides.
     spread = 0.0
@@ -330,7 +331,7 @@ def _agreeing(evidence: Evidence, motions: int) -> np.ndarray:
         for is_polar, is_mirrored in product((False, True), repeat=2):
             rows = _rows(evidence.at(here), motion, is_polar, 1.0)
             f = rows.f.conj() if is_mirrored else rows.f
-            turned = np.angle(rows.y * f.conj())
+            turned = np.angle(rows.y[0] * f.conj())
             apart = np.angle(np.exp(1j * (turned[:, None] - turned[None])))
             scores = np.logaddexp(6.0 * (np.cos(apart) - 1.0), -_WRONG_COST).sum(axis=0)
             if scores.max() > best_score:
@@ -349,7 +350,7 @@ def _explained(evidence: Evidence, reading: Reading, maps: tuple[MotionMap, ...]
         rows = _rows(evidence, motion, reading.is_polar, reading.exponent)
         c, d = motion_map.at(rows.place)
         meant = c * rows.f + d * rows.f.conj()
-        kept[here] = np.abs(np.angle(rows.y * meant.conj())) < _WRONG_RAD
+        kept[here] = np.abs(np.angle(rows.y[0] * meant.conj())) < _WRONG_RAD
     # Where hardly anything is explained, nothing is wrong but the reading.
     return kept if kept.mean() > 0.5 else np.ones(len(evidence), dtype=bool)
 
@@ -369,10 +370,6 @@ def _inverse(c: Complex, d: Complex, v: Complex) -> Complex:
     size = np.where(np.abs(size) < least, np.where(size < 0.0, -least, least), size)
     u: Complex = (np.conj(c) * v - d * np.conj(v)) / size
     return u
-
-
-def _bent(v: Complex, exponent: float) -> Complex:
-    return _complex(curved(_plane(v), exponent))
 
 
 def _complex(rows: np.ndarray) -> Complex:

@@ -29,7 +29,7 @@ from .priors import (
 )
 from .queries import QueryPool
 from .tasks import Task
-from .training import Labels, TrainingSettings
+from .training import BETAS, Labels, TrainingSettings
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ def fit_reference(
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
         network = _network()
-    optimiser = torch.optim.Adam(network.parameters(), lr=settings.learning_rate)
+    optimiser = torch.optim.Adam(network.parameters(), lr=settings.learning_rate, betas=BETAS)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, settings.steps)
     factors = {
         "supervised": 1.0,

@@ -6,6 +6,7 @@ the arm and the controller's latent, is known, and is solved for while driving. 
 eight numbers to learn, and answers are regressed on moves: the noise is in the answers.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,14 +15,15 @@ from .alignment import Alignment, check_batch
 from .arrays import HumanInput, JointPositions, LatentAction
 from .controller import LatentController
 from .demonstrations import DT_S
-from .errors import TooFewLabelsError
+from .errors import ShapeError, TooFewLabelsError
 from .kinematics import Kinematics
 from .queries import QueryPool, long_step
-from .reading import Understanding, read_labels, understand, wish
+from .reading import MotionMap, Reading, Understanding, read_labels, understand, wish
 from .tasks import Task
 from .training import MIN_LABELS, Labels
 
 _NEWTON_STEPS = 3
+_PLACES = 200
 
 
 @dataclass(frozen=True)
@@ -79,12 +81,88 @@ class TaskSpaceAlignment(Alignment):
 
     def to_arrays(self) -> dict[str, np.ndarray]:
         """Every number of the alignment by name, for a file."""
-        arrays = {"unit_m": np.array([self.unit_m])}
+        reading = self.understanding.reading
+        arrays = {
+            "unit_m": np.array([self.unit_m]),
+            "expected_error": np.array([self.expected_error]),
+            "doubtful": np.array(self.understanding.doubtful, dtype=float),
+            "reading": np.array(
+                [reading.is_polar, reading.exponent, reading.skew, reading.drift, reading.noise]
+            ),
+        }
         for index, motion_map in enumerate(self.understanding.maps):
-            arrays[f"maps.{index}.centres"] = motion_map.centres
-            arrays[f"maps.{index}.c"] = np.stack([motion_map.c.real, motion_map.c.imag])
-            arrays[f"maps.{index}.d"] = np.stack([motion_map.d.real, motion_map.d.imag])
+            arrays |= {
+                f"maps.{index}.is_mirrored": np.array([float(motion_map.is_mirrored)]),
+                f"maps.{index}.centres": motion_map.centres,
+                f"maps.{index}.c": np.stack([motion_map.c.real, motion_map.c.imag]),
+                f"maps.{index}.d": np.stack([motion_map.d.real, motion_map.d.imag]),
+                f"maps.{index}.spread": np.array([motion_map.spread]),
+            }
         return arrays
+
+    @classmethod
+    def from_arrays(
+        cls,
+        arrays: Mapping[str, np.ndarray],
+        strategy: str,
+        task: Task,
+        kinematics: Kinematics,
+        controller: LatentController,
+    ) -> "TaskSpaceAlignment":
+        """The inverse of :meth:`to_arrays`.
+
+        Raises:
+            ShapeError: If the numbers do not belong to an alignment of this task.
+        """
+        try:
+            is_polar, *numbers = (float(number) for number in arrays["reading"])
+            maps = tuple(
+                _motion_map(
+                    {
+                        name: arrays[f"maps.{index}.{name}"]
+                        for name in ("is_mirrored", "centres", "c", "d", "spread")
+                    }
+                )
+                for index in range(len(task.motions))
+            )
+            understanding = Understanding(
+                Reading(bool(is_polar), *numbers),
+                maps,
+                tuple(int(row) for row in arrays["doubtful"]),
+            )
+            (unit_m,), (expected_error,) = arrays["unit_m"], arrays["expected_error"]
+        except (KeyError, TypeError, ValueError) as error:
+            raise ShapeError("These numbers are no alignment in the space of this task.") from error
+        return cls(
+            strategy,
+            task,
+            kinematics,
+            controller,
+            understanding,
+            float(unit_m),
+            float(expected_error),
+        )
+
+
+@dataclass(frozen=True)
+class Survey:
+    """What a pool says whoever is asked; worked out once, however often a person is refitted.
+
+    Attributes:
+        unit_m: How long a long step is, in [m].
+        places: For each motion, where its pool's states are in its two DoF, ``(n, 2)`` in [m].
+    """
+
+    unit_m: float
+    places: tuple[np.ndarray, ...]
+
+
+def survey(task: Task, kinematics: Kinematics, pool: QueryPool) -> Survey:
+    """How far and where the arm will move: from a few hundred of a pool's states."""
+    pose = kinematics.hand_pose(pool.states[:: max(1, len(pool) // _PLACES)])
+    motion, place = task.motion_at(pose), task.dof(pose)
+    places = tuple(place[motion == index] for index in range(len(task.motions)))
+    return Survey(long_step(task, kinematics, pool), places)
 
 
 def fit_task_space(
@@ -92,7 +170,7 @@ def fit_task_space(
     kinematics: Kinematics,
     task: Task,
     labels: Labels,
-    pool: QueryPool,
+    seen: Survey,
 ) -> TaskSpaceAlignment:
     """Understand a person from their answers; takes milliseconds.
 
@@ -101,33 +179,50 @@ def fit_task_space(
         kinematics: The arm.
         task: Its degrees of freedom are what the person is taken to see.
         labels: The person's answers.
-        pool: Says how long a long step is, and where the arm will be.
+        seen: How far and where the arm will move.
 
     Raises:
         TooFewLabelsError: If there are fewer than two answers.
     """
-    if len(labels) < MIN_LABELS:
-        raise TooFewLabelsError(f"{len(labels)} answers are too few to learn from.")
-    unit_m = long_step(task, kinematics, pool)
-    evidence = read_labels(task, kinematics, labels, unit_m)
-    places = _places(task, kinematics, pool)
-    understanding = understand(evidence, places)
-    shares = np.array([len(place) for place in places], dtype=float)
-    spreads = np.array([motion_map.spread for motion_map in understanding.maps])
+    understanding, expected_error = understand_labels(task, kinematics, labels, seen)
     return TaskSpaceAlignment(
         strategy="task-space",
         task=task,
         kinematics=kinematics,
         controller=controller,
         understanding=understanding,
-        unit_m=unit_m,
-        expected_error=float(shares @ spreads / shares.sum()),
+        unit_m=seen.unit_m,
+        expected_error=expected_error,
     )
 
 
-def _places(task: Task, kinematics: Kinematics, pool: QueryPool) -> list[np.ndarray]:
-    """Where the hand is in the pool's states, motion by motion; a few hundred of them."""
-    states = pool.states[:: max(1, len(pool) // 200)]
-    pose = kinematics.hand_pose(states)
-    motion, place = task.motion_at(pose), task.dof(pose)
-    return [place[motion == index] for index in range(len(task.motions))]
+def understand_labels(
+    task: Task, kinematics: Kinematics, labels: Labels, seen: Survey
+) -> tuple[Understanding, float]:
+    """What the person means, and the expected error of the moves they would get, over their length.
+
+    Once that error is small, they have been asked enough.
+
+    Raises:
+        TooFewLabelsError: If there are fewer than two answers.
+    """
+    if len(labels) < MIN_LABELS:
+        raise TooFewLabelsError(f"{len(labels)} answers are too few to learn from.")
+    evidence = read_labels(task, kinematics, labels, seen.unit_m)
+    understanding = understand(evidence, seen.places)
+    shares = np.array([len(place) for place in seen.places], dtype=float)
+    spreads = np.array([motion_map.spread for motion_map in understanding.maps])
+    return understanding, float(shares @ spreads / shares.sum())
+
+
+def _motion_map(arrays: Mapping[str, np.ndarray]) -> MotionMap:
+    centres, k = arrays["centres"], len(arrays["centres"])
+    if centres.shape != (k, 2) or any(arrays[name].shape != (2, k + 1) for name in ("c", "d")):
+        raise ValueError
+    return MotionMap(
+        is_mirrored=bool(arrays["is_mirrored"].item()),
+        centres=centres,
+        c=arrays["c"][0] + 1j * arrays["c"][1],
+        d=arrays["d"][0] + 1j * arrays["d"][1],
+        spread=float(arrays["spread"].item()),
+    )

@@ -109,8 +109,8 @@ class Participant:
 
     def begin(self) -> dict[str, Any]:
         """Consent and practice, up to the questions."""
-        self.session()
-        self.post("consent", version="1").raise_for_status()
+        consent = self.session()["consent"]
+        self.post("consent", version=consent["version"]).raise_for_status()
         return self.post("practice").raise_for_status().json()
 
     def answer(self, query_id: str, h: Any, **body: Any) -> httpx.Response:

@@ -22,6 +22,21 @@ ERRORS = ("position_error", "alignment_error")
 ACCURATE = 0.1  # "accurately": a tenth of the move's length
 SIMILAR = 2.0  # "similar performance": at most twice the error
 SIGNIFICANT = 0.05
+# What was asked for, by noise and task.
+_IDEAL = {0.0: {"plane": 1.4, "pour": 1.7, "reach-and-pour": 2.3}}
+_NO_PRIORS = {
+    0.0: {"plane": 0.10, "pour": 0.10, "reach-and-pour": 0.20},
+    0.1: {"plane": 0.20, "pour": 0.20, "reach-and-pour": 0.25},
+    0.5: {"plane": 0.45, "pour": 0.45, "reach-and-pour": 0.45},
+}
+_SINGLE = {noise: {"plane": 0.5, "pour": 0.5, "reach-and-pour": 0.6} for noise in (0.0, 0.1)}
+_TASK_SPACE = {
+    0.0: {"plane": 0.01, "pour": 0.01, "reach-and-pour": 0.04},
+    0.1: {"plane": 0.07, "pour": 0.09, "reach-and-pour": 0.07},
+    0.5: {"plane": 0.20, "pour": 0.22, "reach-and-pour": 0.17},
+}
+_GAIN_OFF = {noise: dict.fromkeys(_IDEAL[0.0], 0.2) for noise in (0.0, 0.1)}
+_LOWEST = {noise: dict.fromkeys(_IDEAL[0.0], 1.0) for noise in (0.0, 0.1, 0.5)}
 
 
 @dataclass(frozen=True)
@@ -163,23 +178,6 @@ def tasks(rows: Sequence[Row]) -> list[str]:
 def noises(rows: Sequence[Row]) -> list[float]:
     """The noise levels, ascending."""
     return sorted({row.noise for row in rows})
-
-
-# What was asked for, by noise and task.
-_IDEAL = {0.0: {"plane": 1.4, "pour": 1.7, "reach-and-pour": 2.3}}
-_NO_PRIORS = {
-    0.0: {"plane": 0.10, "pour": 0.10, "reach-and-pour": 0.20},
-    0.1: {"plane": 0.20, "pour": 0.20, "reach-and-pour": 0.25},
-    0.5: {"plane": 0.45, "pour": 0.45, "reach-and-pour": 0.45},
-}
-_SINGLE = {noise: {"plane": 0.5, "pour": 0.5, "reach-and-pour": 0.6} for noise in (0.0, 0.1)}
-_TASK_SPACE = {
-    0.0: {"plane": 0.01, "pour": 0.01, "reach-and-pour": 0.04},
-    0.1: {"plane": 0.07, "pour": 0.09, "reach-and-pour": 0.07},
-    0.5: {"plane": 0.20, "pour": 0.22, "reach-and-pour": 0.17},
-}
-_GAIN_OFF = {noise: dict.fromkeys(_IDEAL[0.0], 0.2) for noise in (0.0, 0.1)}
-_LOWEST = {noise: dict.fromkeys(_IDEAL[0.0], 1.0) for noise in (0.0, 0.1, 0.5)}
 
 
 def paper_bars(rows: Sequence[Row]) -> list[Bar]:

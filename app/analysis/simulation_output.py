@@ -57,6 +57,12 @@ def write_run(run: Run, grid: Grid) -> list[Path]:
     return [run.folder / name for name in texts] + save_figure(figure, run.folder / "figure")
 
 
+def remove_results(folder: Path) -> None:
+    """Take away what :func:`write_run` wrote before: it would not go with the rows to come."""
+    for name in ("rows.csv", "summary.csv", "run.json", "figure.png", "figure.pdf", "figure.svg"):
+        (folder / name).unlink(missing_ok=True)
+
+
 def read_run(folder: Path) -> Run:
     """A run from its folder.
 

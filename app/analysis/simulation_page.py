@@ -71,7 +71,7 @@ class Runs:
 
 
 def write_page(runs: Runs, page: Path, pictures: Path) -> None:
-    """Write the page and its pictures.
+    """Write the page and its pictures; folders are made where they are not there.
 
     Args:
         runs: What it is made from.
@@ -82,6 +82,8 @@ def write_page(runs: Runs, page: Path, pictures: Path) -> None:
         SimulationError: If the runs are not what their names say.
     """
     text = page_text(runs, Path(os.path.relpath(pictures, page.parent)).as_posix())
+    for folder in (page.parent, pictures):
+        folder.mkdir(parents=True, exist_ok=True)
     paper, labels = joined(runs.paper), joined(runs.labels)
     bars = bars_figure(paper, runs.paper[0].rotation_weight)
     save_figure(bars, pictures / _PICTURE, ["png"])

@@ -20,6 +20,10 @@ from models.errors import ModelsError
 from models.experiment import Cell, Row, run_cell
 
 
+class WorkersKilled(SimulationError):
+    """Nobody is left to do the work."""
+
+
 @dataclass(frozen=True)
 class Failure:
     """A cell that came to nothing, and why, in one sentence."""
@@ -47,7 +51,7 @@ def run_cells(
         run: What a worker does with a cell; importable by name.
 
     Raises:
-        SimulationError: If the workers were killed.
+        WorkersKilled: If the workers were killed from outside.
         KeyboardInterrupt: On Ctrl-C; every row that was finished is kept.
     """
     failures: list[Failure] = []
@@ -68,7 +72,9 @@ def _keep(future: Future[tuple[Row, float]], cell: Cell, journal: Journal) -> Fa
     try:
         row, seconds = future.result()
     except BrokenProcessPool as error:
-        raise SimulationError("The worker processes were killed.") from error
+        raise WorkersKilled(
+            "The worker processes were killed; the same command goes on from there."
+        ) from error
     except ProcessExpired as error:
         return Failure(cell, f"Its process died (exit code {error.exitcode}).")
     except ModelsError as error:

@@ -9,6 +9,7 @@ import multiprocessing
 import os
 import threading
 import time
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from functools import cache, partial
 from pathlib import Path
@@ -24,19 +25,21 @@ from app.services.training import (
     TrainingOrder,
     TrainingOutcome,
 )
+from models.alignment import Alignment, get_strategy
 from models.checkpoints import load_controller, save_alignment
 from models.controller import LatentController
 from models.field import STICKS, Field, learned_field
 from models.kinematics import Kinematics
 from models.mapping import Mapping
 from models.panda_pack import open_pack
+from models.task_space import fit_task_space, survey
 from models.tasks import get_task
-from models.training import Labels, Progress, TrainingSettings, fit_alignment
-
-_PROGRESS_EVERY_S = 0.1
-_NICENESS = 10  # the control loop goes first
-_CURVE_POINTS = 60
-
+from models.training import (
+    Progress,
+    TrainingSettings,
+    fit_alignment,
+    settings_for,
+)
 
 _REPORT_EVERY_S = 0.1
 _NICENESS = 10  # the control loop goes first
@@ -62,38 +65,43 @@ def train(order: TrainingOrder) -> TrainingOutcome:
     controller, kinematics, spread = _tools(order.task, str(order.pack_dir))
     task = get_task(order.task)
     pool = queries.draw_pool(order.task, order.pool_seed, controller, kinematics, order.unlabelled)
-    labels = Labels(order.s, order.h, order.next_s)
-    settings = TrainingSettings()
-    if order.steps is not None:
-        settings = replace(settings, steps=order.steps)
     report = Report(order.folder / f"{order.name}.progress", len(LEARNED_STRATEGIES))
     trained = []
-    for strategy in LEARNED_STRATEGIES:
-        fit = fit_alignment(
-            strategy,
-            controller,
-            kinematics,
-            task,
-            labels,
-            pool,
-            settings,
-            order.seed,
-            partial(report.note, strategy),
-        )
-        for fraction, alignment in fit.snapshots:
+    for strategy in (get_strategy(name) for name in LEARNED_STRATEGIES):
+        settings: TrainingSettings | None = None
+        if strategy.kind == "task-space":
+            seen = survey(task, kinematics, pool)
+            learned = fit_task_space(controller, kinematics, task, order.labels, seen)
+            snapshots: Sequence[tuple[float, Alignment]] = [(1.0, learned)]
+        else:
+            settings = settings_for(task, strategy)
+            if order.steps is not None:
+                settings = replace(settings, steps=order.steps)
+            snapshots = fit_alignment(
+                strategy,
+                controller,
+                kinematics,
+                task,
+                order.labels,
+                pool,
+                settings,
+                order.seed,
+                partial(report.note, strategy.name),
+            ).snapshots
+        for fraction, alignment in snapshots:
             field = learned_field(Mapping(controller, alignment), kinematics, task, states=spread)
-            report.add_field(strategy, fraction, field)
-        name = f"{order.name}-{strategy}"
+            report.add_field(strategy.name, fraction, field)
+        name = f"{order.name}-{strategy.name}"
         checkpoint = save_alignment(
             order.folder / name,
-            fit.alignment,
+            snapshots[-1][1],
             seed=order.seed,
             data_hash=order.data_hash,
-            settings=asdict(settings),
+            settings={} if settings is None else asdict(settings),
         )
         trained.append(
             TrainedAlignment(
-                strategy=strategy,
+                strategy=strategy.name,
                 file=name,
                 weights_sha256=checkpoint.weights_sha256,
                 controller_hash=controller.content_hash,

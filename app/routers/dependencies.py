@@ -15,6 +15,7 @@ from app.storage.tables import ParticipantRow
 from app.teleop.live_sessions import LiveSessions
 from models.controller import LatentController
 from models.kinematics import Kinematics
+from models.task_space import Survey
 
 LOGIN_COOKIE = "joymap_login"
 
@@ -29,6 +30,7 @@ class Service:
     supervisor: Supervisor
     controllers: dict[str, LatentController]
     kinematics: Kinematics
+    surveys: dict[str, Survey]
     boot: str  # names this start of the server; its monotonic times belong together
 
 

@@ -58,6 +58,7 @@ def finish_practice(done: StepDoneIn, participant: CurrentParticipant, here: Her
             here.kinematics,
             here.settings.unlabelled_states,
             here.settings.labels_wanted,
+            here.settings.queries == "designed",
         )
     with here.database.write() as db:
         row = db.get_one(ParticipantRow, participant.id)
@@ -116,10 +117,24 @@ def _record(here: Service, participant_id: str, answer: AnswerIn) -> bool:
     with here.database.write() as db:
         row = db.get_one(ParticipantRow, participant_id)
         is_new = queries.record(db, row, answer, wanted)
-        if is_new and queries.is_complete(queries.asked(db, row, wanted)):
+        if is_new and _has_said_enough(here, row, queries.asked(db, row, wanted)):
             training.enqueue(db, row, wanted)
             row.step = "training"
     return is_new
+
+
+def _has_said_enough(
+    here: Service, participant: ParticipantRow, questions: list[queries.Question]
+) -> bool:
+    if queries.is_complete(questions) or here.settings.queries == "random":
+        return queries.is_complete(questions)
+    return queries.is_enough(
+        participant.task,
+        questions,
+        here.kinematics,
+        here.surveys[participant.task],
+        here.settings.enough_error,
+    )
 
 
 def _retry(here: Service, participant_id: str) -> None:
@@ -153,6 +168,7 @@ def _session(here: Service, participant_id: str) -> SessionOut:
             practice_s=here.settings.practice_s,
             queries=[_query_out(question) for question in questions],
             labels_wanted=here.settings.labels_wanted,
+            may_end_early=here.settings.queries == "designed",
             strategies=[
                 StrategyOut(name=choice.name, title=choice.title, note=choice.note)
                 for choice in drive_service.STRATEGIES

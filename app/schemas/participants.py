@@ -84,6 +84,7 @@ class SessionOut(BaseModel):
     practice_s: float
     queries: list[QueryOut]
     labels_wanted: int
+    may_end_early: bool
     strategies: list[StrategyOut]
     notice: str | None
 

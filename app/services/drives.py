@@ -24,6 +24,7 @@ class StrategyChoice:
 
 STRATEGIES = (
     StrategyChoice("all-priors", "Your mapping", "learned from your answers, filled in sensibly"),
+    StrategyChoice("task-space", "Your idea", "what your answers have in common"),
     StrategyChoice("no-priors", "Answers only", "learned from your answers and nothing else"),
     StrategyChoice(NO_ALIGN, "Robot's own", "the stick goes to the robot as it is"),
 )

@@ -40,10 +40,10 @@ class Consent:
 
 
 CONSENT = Consent(
-    version="1",
+    version="2",
     title="Teach a robot arm how you steer",
     paragraphs=(
-        "You will see a robot arm make seven short moves. For each one you show which stick "
+        "You will see a robot arm make a few short moves. For each one you show which stick "
         "input you would give to make the arm move like that. There are no right or wrong "
         "answers: it is your idea of steering that counts.",
         "From your answers the robot learns your way of steering, and then you drive it. "

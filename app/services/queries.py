@@ -17,9 +17,12 @@ from app.services import flow
 from app.storage import participants
 from app.storage.tables import AnswerRow, ParticipantRow, QueryRow
 from models.controller import LatentController
+from models.designed_queries import design_queries
 from models.kinematics import Kinematics
-from models.queries import QueryPool, choose_queries, make_query, sample_pool
+from models.queries import QueryPool, choose_queries, make_query, sample_pool, showable
+from models.task_space import Survey, survey, understand_labels
 from models.tasks import get_task
+from models.training import Labels
 
 # At most this many questions for each label wanted.
 SPARE_FACTOR = 2
@@ -32,6 +35,7 @@ SHOWN_STEPS = 10
 SMALLEST_MOVE_M = 0.012
 # Streams of a participant's randomness: the same seed, never the same numbers.
 _POOL, _CHOICE = 1, 2
+_SURVEY_SEED, _SURVEYED = 0, 1000
 
 
 @dataclass(frozen=True)
@@ -77,6 +81,21 @@ def is_complete(questions: list[Question]) -> bool:
     )
 
 
+def is_enough(
+    task: str,
+    questions: list[Question],
+    kinematics: Kinematics,
+    seen: Survey,
+    enough_error: float,
+) -> bool:
+    """Whether the labels so far say so much that no more need to be asked for."""
+    given = labels_of(questions)
+    if len(given) < LABELS_NEEDED:
+        return False
+    labels = as_labels(given)
+    return understand_labels(get_task(task), kinematics, labels, seen)[1] <= enough_error
+
+
 def notice(questions: list[Question]) -> str | None:
     """A sentence for someone who answered everything, but too little of it with the stick."""
     answered = all(question.answer is not None for question in questions)
@@ -94,18 +113,21 @@ def draw(
     kinematics: Kinematics,
     unlabelled: int,
     labels_wanted: int,
+    are_designed: bool,
 ) -> list[QueryRow]:
     """Draw the moves a participant may be asked about, in order (the paper's Steps 1-5).
 
     The same participant always gets the same moves: all chance comes from their seed.
     """
     pool = draw_pool(participant.task, participant.seed, controller, kinematics, unlabelled)
-    chosen = choose_queries(
-        pool,
-        SPARE_FACTOR * labels_wanted,
-        np.random.default_rng([participant.seed, _CHOICE]),
-        min_travel_m=SMALLEST_MOVE_M,
-    )
+    wanted = SPARE_FACTOR * labels_wanted
+    rng = np.random.default_rng([participant.seed, _CHOICE])
+    if are_designed:
+        allowed = showable(pool, SMALLEST_MOVE_M)
+        task = get_task(participant.task)
+        chosen = design_queries(task, kinematics, pool, wanted, rng, allowed)
+    else:
+        chosen = choose_queries(pool, wanted, rng, SMALLEST_MOVE_M)
     rows = []
     for position, index in enumerate(chosen, start=1):
         move = make_query(controller, pool.states[index], pool.latents[index], SHOWN_STEPS)
@@ -136,6 +158,21 @@ def draw_pool(
     """A participant's unlabelled samples (Steps 1-4): what the priors are enforced on."""
     return sample_pool(
         get_task(task), controller, kinematics, unlabelled, np.random.default_rng([seed, _POOL])
+    )
+
+
+def survey_task(task: str, controller: LatentController, kinematics: Kinematics) -> Survey:
+    """How far and where a task's arm moves, for everybody alike."""
+    pool = draw_pool(task, _SURVEY_SEED, controller, kinematics, _SURVEYED)
+    return survey(get_task(task), kinematics, pool)
+
+
+def as_labels(given: list[tuple[QueryRow, AnswerRow]]) -> Labels:
+    """Answers as the learning core takes them."""
+    return Labels(
+        np.array([query.s for query, _ in given], dtype=float),
+        np.array([[answer.h_x, answer.h_y] for _, answer in given], dtype=float),
+        np.array([query.next_s for query, _ in given], dtype=float),
     )
 
 

@@ -12,7 +12,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from sqlalchemy.orm import Session
 
 from app.errors import WrongStep
@@ -22,8 +21,9 @@ from app.services.queries import Question
 from app.settings import Settings
 from app.storage import jobs
 from app.storage.tables import AlignmentRow, JobRow, ParticipantRow
+from models.training import Labels
 
-LEARNED_STRATEGIES = ("no-priors", "all-priors")
+LEARNED_STRATEGIES = ("no-priors", "all-priors", "task-space")
 ATTEMPTS = 3
 FAILED = "The training did not finish. Your answers are safe; please try again."
 
@@ -42,9 +42,7 @@ class TrainingOrder:
     steps: int | None  # of the optimiser; None: the learning core's own
     seed: int
     data_hash: str
-    s: np.ndarray  # (k, 7) [rad]
-    h: np.ndarray  # (k, 2)
-    next_s: np.ndarray  # (k, 7) [rad]
+    labels: Labels
 
     @property
     def name(self) -> str:
@@ -109,7 +107,7 @@ def claim(db: Session, settings: Settings, folder: Path) -> TrainingOrder | None
     if job is None:
         return None
     participant = db.get_one(ParticipantRow, job.participant_id)
-    labels = queries.labels_of(queries.asked(db, participant, settings.labels_wanted))
+    given = queries.labels_of(queries.asked(db, participant, settings.labels_wanted))
     return TrainingOrder(
         job_id=job.id,
         attempt=job.attempt,
@@ -121,9 +119,7 @@ def claim(db: Session, settings: Settings, folder: Path) -> TrainingOrder | None
         steps=settings.training_steps,
         seed=job.seed,
         data_hash=job.data_hash,
-        s=np.array([query.s for query, _ in labels], dtype=float),
-        h=np.array([[answer.h_x, answer.h_y] for _, answer in labels], dtype=float),
-        next_s=np.array([query.next_s for query, _ in labels], dtype=float),
+        labels=queries.as_labels(given),
     )
 
 

@@ -72,7 +72,7 @@ class LiveSession:
         self.scene = scene
         self.pages = 0  # live websockets
         self._simulation = simulation
-        self._task = task
+        self.task = task
         self._silence_s = silence_s
         self._filter = StickFilter()
         self._raw = np.zeros(2)
@@ -144,7 +144,7 @@ class LiveSession:
         if self._show is not None:
             self._show = None
             self.scene.hide_move()
-            self._simulation.reset(self._task.home_q)
+            self._simulation.reset(self.task.home_q)
         self._homing = False
         self.let_go()
         self._drive = _Drive(strategy, mapping, log)
@@ -214,7 +214,7 @@ class LiveSession:
         self._picture()
 
     def _way_home(self, dt_s: float) -> np.ndarray:
-        way = self._task.home_q - self._simulation.target
+        way = self.task.home_q - self._simulation.target
         farthest = float(np.max(np.abs(way)))
         if farthest < 1e-3:
             self._homing = False
@@ -224,12 +224,12 @@ class LiveSession:
 
     def _leaves(self, a: np.ndarray) -> bool:
         """Whether ``a`` takes the hand further out of the task's area."""
-        low, high = self._task.workspace
+        low, high = self.task.workspace
         at = self._simulation.hand.position
         way = self._simulation.hand_velocity(a)
         over = (at[:2] > high + _EDGE_MARGIN_M) & (way[:2] > 0)
         under = (at[:2] < low - _EDGE_MARGIN_M) & (way[:2] < 0)
-        off = at[2] - self._task.height_m
+        off = at[2] - self.task.height_m
         return bool(over.any() or under.any() or (abs(off) > _HEIGHT_MARGIN_M and off * way[2] > 0))
 
     def _picture(self) -> None:

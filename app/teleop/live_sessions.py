@@ -18,6 +18,7 @@ from app.teleop.loop import ControlLoop
 from app.teleop.recorder import COLUMNS, DriveLog, Recorder, unpack
 from models.checkpoints import load_alignment
 from models.controller import LatentController
+from models.kinematics import Kinematics
 from models.mapping import Mapping
 from models.panda_pack import PandaPack
 from models.simulation import Simulation
@@ -37,12 +38,14 @@ class LiveSessions:
         database: Database,
         pack: PandaPack,
         controllers: dict[str, LatentController],
+        kinematics: Kinematics,
     ) -> None:
         """Begin empty."""
         self._settings = settings
         self._database = database
         self._pack = pack
         self._controllers = controllers
+        self._kinematics = kinematics
         self.loop = ControlLoop(settings.teleop_rate_hz)
         self.recorder = Recorder(database)
         self._opening = asyncio.Lock()
@@ -87,7 +90,9 @@ class LiveSessions:
         alignment = None
         if opened.alignment_file is not None:
             stem = self._settings.data_dir / "alignments" / opened.alignment_file
-            alignment = await asyncio.to_thread(load_alignment, stem)
+            alignment = await asyncio.to_thread(
+                load_alignment, stem, session.task, self._kinematics, controller
+            )
         session.start_drive(
             opened.strategy,
             Mapping(controller, alignment),

@@ -12,6 +12,7 @@ import { Backoff, pause } from './backoff.js'
  * @property {number} practice_s
  * @property {Query[]} queries
  * @property {number} labels_wanted
+ * @property {boolean} may_end_early fewer answers may do
  * @property {Strategy[]} strategies
  * @property {string | null} [notice] said when everything is answered but too little of it with the stick
  */

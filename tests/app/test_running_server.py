@@ -287,8 +287,8 @@ def test_a_training_survives_its_killed_worker_and_ends_once(tmp_path: Path) -> 
         assert status["state"] == "succeeded"
         assert status["attempt"] == 2
     alignments = rows(tmp_path / "data", AlignmentRow)
-    assert sorted(row.strategy for row in alignments) == ["all-priors", "no-priors"]
-    assert len(list((tmp_path / "data" / "alignments").glob("*.safetensors"))) == 2
+    assert sorted(row.strategy for row in alignments) == ["all-priors", "no-priors", "task-space"]
+    assert len(list((tmp_path / "data" / "alignments").glob("*.safetensors"))) == 3
 
 
 def test_a_training_survives_a_killed_server_and_ends_once(tmp_path: Path) -> None:

@@ -19,16 +19,7 @@ from rich.progress import track
 from rich.table import Table
 from websockets.asyncio.client import connect
 
-from models.alignment import STRATEGIES
-from models.checkpoints import load_controller
-from models.kinematics import Kinematics
-from models.panda_pack import default_folder, open_pack
-from models.preferences import rotated
-from models.queries import choose_queries, sample_pool
-from models.reference_training import fit_reference
-from models.simulated_human import SimulatedHuman, sensitivity
-from models.tasks import get_task
-from models.training import Labels, TrainingSettings, fit_alignment
+from tests.benchmarks import learning
 from tests.running_server import Participant, running_server
 
 PARTICIPANTS = 7
@@ -36,8 +27,6 @@ STICKS = 200
 # Nobody is done with seven questions in the first seconds of a server, in which the workers load
 # their libraries.
 WORKERS_START_S = 10.0
-FITS = 7
-REFERENCE_STEPS = 8  # of the straightforward version; its time grows with its steps
 
 
 def main() -> None:
@@ -62,13 +51,8 @@ def main() -> None:
             f"{p99:.1f} ms",
             "≤ 30 ms",
         )
-    for strategy in ("no-priors", "all-priors"):
-        fast, slow = training_times(strategy)
-        table.add_row(f"training {strategy}", f"{np.median(fast):.2f} s", f"{max(fast):.2f} s", "")
-        table.add_row(f"training {strategy}, straightforward", f"{slow:.1f} s", "", "")
-        table.add_row(
-            f"training {strategy}, ratio", f"{slow / np.median(fast):.0f} ×", "", "≥ 20 ×"
-        )
+    for row in learning.rows():
+        table.add_row(*row)
     console.print(table)
     load = ", ".join(f"{value:.1f}" for value in os.getloadavg())
     console.print(f"{os.cpu_count()} cores; load average {load}")
@@ -132,30 +116,6 @@ async def pose_latencies(driver: Participant) -> list[float]:
             found.append(time.monotonic() - began_s)
         dropping.cancel()
     return found
-
-
-def training_times(strategy: str) -> tuple[list[float], float]:
-    """Fast fits, and one straightforward fit worked out from its first steps, in [s]."""
-    task, controller = get_task("plane"), load_controller("plane")
-    kinematics = Kinematics.from_urdf(open_pack(default_folder()).urdf)
-    rng = np.random.default_rng(1)
-    pool = sample_pool(task, controller, kinematics, 1000, rng)
-    chosen = choose_queries(pool, 10, rng, min_travel_m=0.005)
-    person = SimulatedHuman(task, rotated(40.0), sensitivity(task, kinematics, pool))
-    s, next_s = pool.states[chosen], pool.next_states[chosen]
-    labels = Labels(s, person.label(kinematics.hand_pose(s), kinematics.hand_pose(next_s)), next_s)
-    settings = TrainingSettings()
-    fast = []
-    for seed in track(range(FITS), description=f"fits of {strategy}"):
-        began_s = time.perf_counter()
-        fit_alignment(strategy, controller, kinematics, task, labels, pool, settings, seed)
-        fast.append(time.perf_counter() - began_s)
-    few = TrainingSettings(steps=REFERENCE_STEPS)
-    for _ in range(2):  # the first time warms up
-        began_s = time.perf_counter()
-        fit_reference(STRATEGIES[strategy], controller, kinematics, task, labels, pool, few, 1)
-    slow = (time.perf_counter() - began_s) / REFERENCE_STEPS * settings.steps
-    return fast, slow
 
 
 if __name__ == "__main__":

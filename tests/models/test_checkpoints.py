@@ -1,15 +1,16 @@
 import json
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
 import models.checkpoints as checkpoints
+from models.alignment import fit_affine
 from models.checkpoints import (
     CONTROLLERS,
     code_version,
-    load_alignment,
     load_controller,
     read_checkpoint,
     save_alignment,
@@ -18,6 +19,8 @@ from models.checkpoints import (
 from models.controller_training import ControllerSettings
 from models.errors import CheckpointError
 from models.make_controllers import make_controllers
+from models.task_space import fit_task_space, survey
+from models.tasks import get_task
 
 
 @pytest.fixture
@@ -25,6 +28,13 @@ def stem(tmp_path, person):
     stem = tmp_path / "of-one-person"
     save_alignment(stem, person.fit.alignment, seed=3, data_hash="abc", settings={"steps": 800})
     return stem
+
+
+@pytest.fixture
+def load(plane, kinematics, controller):
+    return partial(
+        checkpoints.load_alignment, task=plane, kinematics=kinematics, controller=controller
+    )
 
 
 def weights(stem):
@@ -35,14 +45,50 @@ def description(stem):
     return stem.with_name(f"{stem.name}.json")
 
 
-def test_an_alignment_comes_back_to_the_bit(stem, person, pool, rng):
-    again = load_alignment(stem)
+def test_an_alignment_comes_back_to_the_bit(load, stem, person, pool, rng):
+    again = load(stem)
     h = rng.uniform(-1, 1, (len(pool), 2))
     assert_array_equal(again(h, pool.states), person.fit.alignment(h, pool.states))
     assert (again.strategy, again.controller_hash) == (
         "all-priors",
         person.fit.alignment.controller_hash,
     )
+
+
+def test_a_task_space_alignment_comes_back_to_the_bit(
+    load, tmp_path, person, pool, plane, kinematics, controller, rng
+):
+    seen = survey(plane, kinematics, pool)
+    alignment = fit_task_space(controller, kinematics, plane, person.labels, seen)
+    save_alignment(tmp_path / "a", alignment, seed=0, data_hash="", settings={})
+    again = load(tmp_path / "a")
+    h = rng.uniform(-1, 1, (len(pool), 2))
+    assert_array_equal(again(h, pool.states), alignment(h, pool.states))
+    assert again.expected_error == alignment.expected_error
+    assert again.understanding.reading == alignment.understanding.reading
+
+
+def test_a_task_space_alignment_is_for_a_task_of_as_many_motions(
+    tmp_path, person, pool, plane, kinematics, controller
+):
+    seen = survey(plane, kinematics, pool)
+    alignment = fit_task_space(controller, kinematics, plane, person.labels, seen)
+    save_alignment(tmp_path / "a", alignment, seed=0, data_hash="", settings={})
+    two = get_task("reach-and-pour")
+    with pytest.raises(CheckpointError, match="do not fit together"):
+        checkpoints.load_alignment(tmp_path / "a", two, kinematics, controller)
+
+
+def test_an_affine_alignment_comes_back_to_the_bit(load, tmp_path, pool, controller, rng):
+    h = rng.uniform(-1, 1, (len(pool), 2))
+    affine = fit_affine(h, pool.latents, "manual-align", controller.content_hash)
+    save_alignment(tmp_path / "a", affine, seed=0, data_hash="", settings={})
+    assert_array_equal(load(tmp_path / "a")(h, pool.states), affine(h, pool.states))
+
+
+def test_an_alignment_for_another_controller_is_refused(stem, plane, kinematics):
+    with pytest.raises(CheckpointError, match="learned for another controller"):
+        checkpoints.load_alignment(stem, plane, kinematics, load_controller("plane", "linear"))
 
 
 def test_a_controller_comes_back_to_the_bit(tmp_path, controller):
@@ -68,40 +114,40 @@ def test_nothing_is_left_beside_the_two_files(stem):
     ]
 
 
-def test_a_name_with_a_dot_stays_whole(tmp_path, person):
+def test_a_name_with_a_dot_stays_whole(load, tmp_path, person):
     stem = tmp_path / "v1.2"
     save_alignment(stem, person.fit.alignment, seed=0, data_hash="", settings={})
-    assert load_alignment(stem).strategy == "all-priors"
+    assert load(stem).strategy == "all-priors"
 
 
 @pytest.mark.parametrize("place", [10, 400, -1])
-def test_a_damaged_file_is_refused(stem, place):
+def test_a_damaged_file_is_refused(load, stem, place):
     content = bytearray(weights(stem).read_bytes())
     content[place] ^= 1
     weights(stem).write_bytes(content)
     with pytest.raises(CheckpointError, match="damaged"):
-        load_alignment(stem)
+        load(stem)
 
 
-def test_a_file_cut_short_is_refused(stem):
+def test_a_file_cut_short_is_refused(load, stem):
     weights(stem).write_bytes(weights(stem).read_bytes()[:-8])
     with pytest.raises(CheckpointError, match="damaged"):
-        load_alignment(stem)
+        load(stem)
 
 
-def test_an_unfinished_checkpoint_is_refused(stem):
+def test_an_unfinished_checkpoint_is_refused(load, stem):
     description(stem).unlink()
     with pytest.raises(CheckpointError, match="no finished checkpoint 'of-one-person'"):
-        load_alignment(stem)
+        load(stem)
 
 
-def test_lost_weights_are_named(stem):
+def test_lost_weights_are_named(load, stem):
     weights(stem).unlink()
     with pytest.raises(CheckpointError, match="weights of 'of-one-person' are missing"):
-        load_alignment(stem)
+        load(stem)
 
 
-def test_a_writer_that_dies_half_way_leaves_nothing_to_load(stem, person, monkeypatch):
+def test_a_writer_that_dies_half_way_leaves_nothing_to_load(load, stem, person, monkeypatch):
     written = []
 
     def die(path, content):
@@ -117,42 +163,42 @@ def test_a_writer_that_dies_half_way_leaves_nothing_to_load(stem, person, monkey
         save_alignment(stem, other, seed=4, data_hash="def", settings={})
     assert written == ["of-one-person.safetensors", "of-one-person.json"]
     with pytest.raises(CheckpointError, match="no finished checkpoint"):
-        load_alignment(stem)
+        load(stem)
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", "{}", '{"kind": "alignment"}'])
-def test_a_description_that_is_none_is_refused(stem, text):
+def test_a_description_that_is_none_is_refused(load, stem, text):
     description(stem).write_text(text)
     with pytest.raises(CheckpointError, match="does not describe"):
-        load_alignment(stem)
+        load(stem)
 
 
-def test_another_format_is_refused(stem):
+def test_another_format_is_refused(load, stem):
     about = json.loads(description(stem).read_text())
     description(stem).write_text(json.dumps({**about, "format": 99}))
     with pytest.raises(CheckpointError, match="format 99"):
-        load_alignment(stem)
+        load(stem)
 
 
-def test_a_controller_is_no_alignment(tmp_path, controller):
+def test_a_controller_is_no_alignment(load, tmp_path, controller):
     save_controller(tmp_path / "plane", controller, seed=1, data_hash="", settings={}, facts={})
     with pytest.raises(CheckpointError, match="different kind than alignment"):
-        load_alignment(tmp_path / "plane")
+        load(tmp_path / "plane")
 
 
-def test_weights_that_are_not_numbers_are_refused(tmp_path, person):
+def test_weights_that_are_not_numbers_are_refused(load, tmp_path, person):
     broken = replace(person.fit.alignment, s_mean=np.full(7, np.nan))
     save_alignment(tmp_path / "a", broken, seed=0, data_hash="", settings={})
     with pytest.raises(CheckpointError, match="not numbers"):
-        load_alignment(tmp_path / "a")
+        load(tmp_path / "a")
 
 
-def test_weights_that_belong_to_nothing_are_refused(tmp_path, person):
+def test_weights_that_belong_to_nothing_are_refused(load, tmp_path, person):
     broken = replace(person.fit.alignment, s_mean=np.zeros(7))
     object.__setattr__(broken, "s_mean", np.zeros(6))
     save_alignment(tmp_path / "a", broken, seed=0, data_hash="", settings={})
     with pytest.raises(CheckpointError, match="lacks 's_mean' of shape"):
-        load_alignment(tmp_path / "a")
+        load(tmp_path / "a")
 
 
 def test_controllers_made_twice_are_the_same_files(tmp_path, monkeypatch):

@@ -12,7 +12,7 @@ from models.preferences import parse_preference
 from models.queries import sample_pool
 from models.reading import read_labels
 from models.simulated_human import SimulatedHuman, make_wrong, sensitivity
-from models.task_space import fit_task_space
+from models.task_space import fit_task_space, survey
 from models.tasks import TASKS, get_task
 from models.training import Labels
 
@@ -27,6 +27,7 @@ class Lab:
             self.task, self.controller, kinematics, 300, np.random.default_rng(71)
         )
         self.kappa = sensitivity(self.task, kinematics, self.pool)
+        self.survey = survey(self.task, kinematics, self.pool)
 
     def person(self, preference, noise=0.0, seed=71):
         chance = np.random.default_rng(seed)
@@ -43,7 +44,7 @@ class Lab:
         return Labels(s, make_wrong(h, wrong, chance), there)
 
     def fit(self, labels):
-        return fit_task_space(self.controller, self.kinematics, self.task, labels, self.pool)
+        return fit_task_space(self.controller, self.kinematics, self.task, labels, self.survey)
 
     def error(self, alignment, person):
         mapping = Mapping(self.controller, alignment)

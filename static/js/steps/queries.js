@@ -1,4 +1,4 @@
-// queries.js — seven moves of the arm: "what would you do with the stick for this one?"
+// queries.js — moves of the arm: "what would you do with the stick for this one?"
 import { AnswerMark } from '../answer_mark.js'
 import { AnswerSaver } from '../answer_saver.js'
 import { html } from '../element.js'
@@ -75,7 +75,7 @@ class QueriesStep {
   /** The session changed: say where we are, keep what is marked. */
   follow() {
     const { queries } = this
-    this.heading.textContent = `Question ${this.index + 1} of ${queries.length}`
+    this.heading.textContent = `Question ${this.index + 1} of ${this.visit.session.may_end_early ? 'at most ' : ''}${queries.length}`
     this.dots.draw(queries, this.index)
     const open = queries.filter((query) => query.answer === null)
     const isLast = open.length === 1 && open[0] === this.query

@@ -138,7 +138,6 @@ def test_sections_without_runs_are_left_out() -> None:
 
 
 def test_the_pages_pictures_are_there(tmp_path: Path) -> None:
-    (tmp_path / "pictures").mkdir()
     write_page(runs_of(paper_rows(seeds=2)), tmp_path / "page.md", tmp_path / "pictures")
     pictures = re.findall(r"!\[.*\]\((.*)\)", (tmp_path / "page.md").read_text())
     assert pictures == ["pictures/simulation.png", "pictures/simulation-labels.png"]

@@ -9,7 +9,7 @@ import pytest
 from fastapi.testclient import TestClient
 
 from app.main import create_app
-from app.services import accounts
+from app.services import accounts, flow
 from app.settings import Settings
 from app.storage.database import migrate
 from app.storage.tables import AnswerRow, DriveRow, EventRow, JobRow, ParticipantRow
@@ -46,7 +46,7 @@ class Page:
         )
 
     def begin(self) -> list[str]:
-        self.post("consent", version="1")
+        self.post("consent", version=flow.CONSENT.version)
         return [query["id"] for query in self.post("practice").json()["queries"]]
 
     def answer(self, query_id: str, h: Any = (0.5, 0.5), **body: Any) -> Any:
@@ -55,7 +55,9 @@ class Page:
     def rows(self, table: Any) -> list[Any]:
         with self.client.app.state.service.database.read() as db:
             statement = db.query(table).filter(table.participant_id == self.id)
-            return list(statement)
+            rows = list(statement)
+            db.expunge_all()
+            return rows
 
 
 @pytest.fixture
@@ -73,7 +75,7 @@ def sentence(response: Any) -> str:
 
 def test_the_steps_lead_from_consent_to_driving(page: Page) -> None:
     assert page.get("session").json()["step"] == "consent"
-    assert page.post("consent", version="1").json()["step"] == "practice"
+    assert page.post("consent", version=flow.CONSENT.version).json()["step"] == "practice"
     session = page.post("practice").json()
     assert session["step"] == "queries"
     assert len(session["queries"]) == 7
@@ -122,7 +124,10 @@ def test_answers_can_be_changed_until_the_training_starts(page: Page) -> None:
 def test_the_same_step_sent_twice_at_once_counts_once(page: Page) -> None:
     event_id = str(uuid.uuid4())
     for _ in range(2):
-        assert page.post("consent", id=event_id, version="1").json()["step"] == "practice"
+        assert (
+            page.post("consent", id=event_id, version=flow.CONSENT.version).json()["step"]
+            == "practice"
+        )
     assert len(page.rows(EventRow)) == 1
 
 
@@ -237,7 +242,7 @@ def test_a_body_that_is_no_answer_is_refused(page: Page, body: bytes) -> None:
 def test_a_form_from_another_site_is_refused(page: Page) -> None:
     response = page.client.post(
         f"/p/{page.token}/api/consent",
-        json={"id": str(uuid.uuid4()), "version": "1"},
+        json={"id": str(uuid.uuid4()), "version": flow.CONSENT.version},
         headers={"Origin": "http://evil.example"},
     )
     assert response.status_code == 403
@@ -248,7 +253,7 @@ def test_a_form_from_another_site_is_refused(page: Page) -> None:
 def test_nobody_drives_before_the_training(page: Page) -> None:
     for go_on in (
         lambda: None,
-        lambda: page.post("consent", version="1"),
+        lambda: page.post("consent", version=flow.CONSENT.version),
         lambda: page.post("practice"),
     ):
         go_on()
@@ -261,7 +266,7 @@ def test_nobody_drives_before_the_training(page: Page) -> None:
 def test_there_is_no_drive_under_an_unknown_strategy(page: Page) -> None:
     response = page.post("drives", strategy="magic")
     assert response.status_code == 422
-    assert "Choose one of: all-priors, no-priors, no-align" in sentence(response)
+    assert "Choose one of: all-priors, task-space, no-priors, no-align" in sentence(response)
 
 
 def test_consent_is_to_the_text_that_was_shown(page: Page) -> None:

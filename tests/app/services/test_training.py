@@ -36,9 +36,9 @@ def test_a_claimed_job_hands_over_the_answers(database: Database) -> None:
     with database.write() as db:
         order = training.claim(db, SETTINGS, Path("folder"))
         assert order is not None
-        assert order.s.shape == (7, 7)
-        assert order.h.tolist() == [[0.5, -0.5]] * 7
-        assert order.next_s[:, 0] == pytest.approx([0.1 * i for i in range(1, 8)])
+        assert order.labels.states.shape == (7, 7)
+        assert order.labels.human_inputs.tolist() == [[0.5, -0.5]] * 7
+        assert order.labels.next_states[:, 0] == pytest.approx([0.1 * i for i in range(1, 8)])
         assert training.claim(db, SETTINGS, Path("folder")) is None
 
 
