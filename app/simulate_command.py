@@ -191,8 +191,7 @@ def _carry_out(chosen: argparse.Namespace, grid: "Grid", cells: list[Any], worke
 def _grid(chosen: argparse.Namespace) -> "Grid":
     from app.analysis.simulation_grid import Grid
     from app.analysis.simulation_rows import SimulationError
-    from models.experiment import METHODS, PAPER_NOISES, ROTATION_WEIGHT
-    from models.tasks import TASKS
+    from models.experiment import METHODS, PAPER_NOISES, PAPER_TASKS, ROTATION_WEIGHT
 
     for method in set(chosen.method or ()) - set(METHODS):
         offered = ", ".join(METHODS)
@@ -202,7 +201,7 @@ def _grid(chosen: argparse.Namespace) -> "Grid":
     if chosen.unlabelled is not None:
         _between("--unlabelled", chosen.unlabelled, 1, None)
     return Grid(
-        tasks=chosen.task or tuple(TASKS),
+        tasks=chosen.task or PAPER_TASKS,
         methods=chosen.method or METHODS,
         noises=chosen.noise or PAPER_NOISES,
         seeds=tuple(range(chosen.first_seed, chosen.first_seed + seeds)),

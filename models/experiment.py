@@ -30,8 +30,24 @@ METHODS = tuple(STRATEGIES)  # in the order of the figure
 PAPER_METHODS = METHODS[:-1]
 QUERIES = ("random", "designed")
 PAPER_NOISES = (0.0, 0.1, 0.5)
-PAPER_LABELS = {"plane": 10, "pour": 10, "reach-and-pour": 20}
-PAPER_UNLABELLED = {"plane": 1000, "pour": 1000, "reach-and-pour": 2000}
+PAPER_TASKS = ("plane", "pour", "reach-and-pour")
+# Those of the paper's simulations, and those of its user study.
+PAPER_LABELS = {
+    "plane": 10,
+    "pour": 10,
+    "reach-and-pour": 20,
+    "avoid": 7,
+    "pour-cup": 10,
+    "fetch-and-pour": 30,
+}
+PAPER_UNLABELLED = {
+    "plane": 1000,
+    "pour": 1000,
+    "reach-and-pour": 2000,
+    "avoid": 1000,
+    "pour-cup": 1000,
+    "fetch-and-pour": 2000,
+}
 ROTATION_WEIGHT = 10.0
 _TEST_MOVES = 500
 # The streams of chance of one seed: none depends on how much another was used.

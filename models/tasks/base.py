@@ -89,7 +89,7 @@ class Task:
     def azimuth(self, pose: HandPose) -> Scalars:
         """Where the hand is round the base, in [rad], if its motion is along x and y; else 0."""
         around = np.arctan2(pose.position[..., 1], pose.position[..., 0])
-        level = [np.any(motion.axes[:2] != 0.0) for motion in self.motions]
+        level = [np.all(np.any(motion.axes[:2] != 0.0, axis=1)) for motion in self.motions]
         return self._by_motion(pose, [np.asarray(around * is_level) for is_level in level])
 
     def stays_inside(self, pose: HandPose, change: DofChange) -> np.ndarray:
