@@ -20,7 +20,7 @@ from app.jobs.supervisor import Supervisor
 from app.routers import ROUTERS, pages
 from app.routers.dependencies import Service
 from app.services import drives, queries
-from app.settings import STATIC_DIR, Settings
+from app.settings import DRIVEN_TASKS, STATIC_DIR, Settings
 from app.storage.database import Database
 from app.teleop.live_sessions import LiveSessions
 from models.checkpoints import load_controller
@@ -39,10 +39,13 @@ def create_app(settings: Settings) -> FastAPI:
         database = Database(settings.database_path)
         pack = open_pack(settings.pack_dir)
         kinematics = Kinematics.from_urdf(pack.urdf)
-        controllers: dict[str, LatentController] = {settings.task: load_controller(settings.task)}
+        controllers: dict[str, LatentController] = {
+            name: load_controller(name) for name in DRIVEN_TASKS
+        }
         surveys = {
             name: queries.survey_task(name, controller, kinematics)
             for name, controller in controllers.items()
+            if settings.queries == "designed"
         }
         supervisor = Supervisor(database, settings)
         service = Service(

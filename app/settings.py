@@ -1,7 +1,7 @@
 """Every knob of the service, read once from the environment (``JOYMAP_…``)."""
 
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 from pydantic import Field, PositiveFloat, PositiveInt
 from pydantic_settings import BaseSettings, SettingsConfigDict
@@ -9,6 +9,9 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 ROOT = Path(__file__).resolve().parents[1]
 STATIC_DIR = ROOT / "static"
 MIGRATIONS_DIR = ROOT / "migrations"
+
+DrivenTask = Literal["plane", "avoid", "pour-cup", "fetch-and-pour"]
+DRIVEN_TASKS: tuple[DrivenTask, ...] = get_args(DrivenTask)
 
 
 class Settings(BaseSettings):
@@ -25,8 +28,16 @@ class Settings(BaseSettings):
     panda_dir: Path | None = Field(
         None, description="The arm's asset pack; by default the folder panda in data_dir."
     )
-    # The others are there for simulations; their scenes are still to come.
-    task: Literal["plane"] = Field("plane", description="The task participants label and drive.")
+    task: DrivenTask = Field("plane", description="The task that new participants label and drive.")
+    drive_limit_s: PositiveFloat | None = Field(
+        None, description="A drive of a task that has an end is over after this long, in seconds."
+    )
+    drive_waits_s: PositiveFloat = Field(
+        5.0, description="A drive whose page is gone waits so long for it to come back, in seconds."
+    )
+    auto_grasp: bool = Field(
+        False, description="The hand grasps by itself once it is where it can."
+    )
     labels_wanted: PositiveInt = Field(
         7, description="Labelled moves before training starts; at most so many if designed."
     )

@@ -1,50 +1,65 @@
-"""The arm and the table in MuJoCo: joint targets in, joint positions and the hand's pose out.
+"""The arm, the table and the props in MuJoCo: joint targets in, positions and poses out.
 
-MuJoCo's own compiled structures are called ``mj_model`` and ``mj_data`` here.
+MuJoCo's own compiled structures are called ``mj_model`` and ``mj_data`` here; :mod:`world`
+compiles them.
 """
 
+import copy
 from dataclasses import dataclass
-from functools import cache
 
 import mujoco
 import numpy as np
 
 from .arrays import JointPositions, JointVelocities
-from .panda import FINGER_OPEN_M, HAND_FRAME, JOINT_NAMES, N_JOINTS, Q_HOME, Q_MAX, Q_MIN
+from .errors import InputError
+from .panda import FINGER_OPEN_M, HAND_FRAME, N_JOINTS, Q_HOME, Q_MAX, Q_MIN
 from .panda_pack import PandaPack
+from .props import HANDLE_SIZE_M, TABLE_TOP_M, WALL_M, Place, Props
+from .world import GRIP, OBSTACLE, TIMESTEP_S, settled
+from .world import compiled as _compile
 
-TIMESTEP_S = 1.0 / 240.0
-TABLE_TOP_M = 0.0  # the base stands on the table; its top is the world's z = 0
-# Stiffness and damping of the joints' position servos. Chosen so that the arm follows a joint
-# target at full speed within 0.02 s and without ringing (tests/models/test_simulation).
-_SERVO_KP = np.array([4500.0, 4500.0, 3500.0, 3500.0, 2000.0, 2000.0, 2000.0])  # [N m/rad]
-_SERVO_KD = 0.02 * _SERVO_KP  # [N m s/rad]; at 1 rad/s the arm trails its target by 0.02 rad
-_ARMATURE = 0.1  # reflected rotor inertia, [kg m^2]
+__all__ = ["GRASP_REACH_M", "TABLE_TOP_M", "TIMESTEP_S", "HandState", "Simulation"]
+
 # The servo never pulls further ahead of the arm than this, so that a blocked arm is not wound up.
 _MAX_LEAD_RAD = 0.05
 _LIMIT_MARGIN_RAD = 0.01  # targets stay this far inside the joint limits
+# The hand can take hold of a cup whose nearest point is this far from the hand frame, in [m].
+GRASP_REACH_M = 0.03
+_HOLDING_M = HANDLE_SIZE_M[1] / 2  # each finger from the middle, while they hold the handle
+# Where things are among MuJoCo's positions (qpos) and velocities (qvel).
+_FINGERS = slice(N_JOINTS, N_JOINTS + 2)
+_CUP_POSITION, _CUP_WXYZ, _CUP_VELOCITY = slice(9, 12), slice(12, 16), slice(9, 15)
+_BEAD_POSITIONS, _BEAD_VELOCITIES = slice(16, None), slice(15, None)
 
 
 @dataclass(frozen=True)
 class HandState:
-    """Where the hand is: position ``(3,)`` in [m] and orientation ``(4,)`` as (w, x, y, z)."""
+    """Where something is: position ``(3,)`` in [m] and orientation ``(4,)`` as (w, x, y, z)."""
 
     position: np.ndarray
     wxyz: np.ndarray
 
 
 class Simulation:
-    """One arm on one table."""
+    """One arm on one table, with its props."""
 
-    def __init__(self, pack: PandaPack) -> None:
+    def __init__(self, pack: PandaPack, props: Props = Props()) -> None:
         """Compile the world from the asset pack and put the arm in its home pose."""
-        self._mj_model = _compile(pack)
+        self._props = props
+        self._shared = self._mj_model = _compile(pack, props)
         self._mj_data = mujoco.MjData(self._mj_model)
         self._mj_elsewhere = mujoco.MjData(self._mj_model)
         self._jacobian = np.zeros((3, self._mj_model.nv))
         self._hand = self._mj_model.body(HAND_FRAME).id
         self._target = Q_HOME.copy()
+        self._first_bead = self._mj_model.nbody - (props.beads.count if props.beads else 0)
+        if props.cup is not None:
+            self._grip = self._mj_model.equality(GRIP).id
+        if props.obstacle is not None:
+            self._obstacle = self._mj_model.geom(OBSTACLE).id
         self.reset(Q_HOME)
+
+    # The arm.
 
     @property
     def q(self) -> JointPositions:
@@ -70,20 +85,129 @@ class Simulation:
         velocity: np.ndarray = self._jacobian[:, :N_JOINTS] @ qd
         return velocity
 
-    def hand_at(self, q: JointPositions) -> np.ndarray:
-        """Where the hand would be, ``(3,)`` in [m], with the joints at ``q``; nothing moves."""
-        self._mj_elsewhere.qpos[:N_JOINTS] = q
-        mujoco.mj_kinematics(self._mj_model, self._mj_elsewhere)
-        position: np.ndarray = self._mj_elsewhere.xpos[self._hand].copy()
-        return position
+    def pose_at(self, q: JointPositions) -> HandState:
+        """The pose of the hand with the joints at ``q`` ``(7,)`` in [rad]; nothing moves."""
+        elsewhere = self._mj_elsewhere
+        elsewhere.qpos[:N_JOINTS] = q
+        mujoco.mj_kinematics(self._mj_model, elsewhere)
+        return HandState(elsewhere.xpos[self._hand].copy(), elsewhere.xquat[self._hand].copy())
+
+    # The props.
+
+    @property
+    def cup(self) -> HandState | None:
+        """The pose of the cup, in the middle below its floor with z to its opening; None: none."""
+        if self._props.cup is None:
+            return None
+        qpos = self._mj_data.qpos
+        return HandState(qpos[_CUP_POSITION].copy(), qpos[_CUP_WXYZ].copy())
+
+    @property
+    def bead_positions(self) -> np.ndarray:
+        """The middle of each bead, ``(n, 3)`` in [m]."""
+        beads: np.ndarray = self._mj_data.qpos[_BEAD_POSITIONS].reshape(-1, 3).copy()
+        return beads
+
+    @property
+    def beads_in_cup(self) -> int:
+        """How many beads are between the cup's floor and its rim."""
+        return int(self._are_in_cup().sum())
+
+    @property
+    def beads_spilt(self) -> int:
+        """How many beads came to be outside cup and bowls and below the rims of all bowls.
+
+        A bead still in the air over the rims is not spilt yet; with no bowl, only what has come
+        down to the table is.
+        """
+        beads = self.bead_positions
+        outside = ~self._are_in_cup()
+        for bowl in self._props.bowls:
+            outside &= ~_are_in(beads, bowl.position, bowl.radius_m, bowl.height_m)
+        radius_m = self._props.beads.radius_m if self._props.beads else 0.0
+        rim_m = min((bowl.height_m for bowl in self._props.bowls), default=3 * radius_m)
+        return int((outside & (beads[:, 2] < TABLE_TOP_M + rim_m)).sum())
+
+    def beads_in(self, bowl_name: str) -> int:
+        """How many beads are in that bowl.
+
+        Raises:
+            InputError: If there is no such bowl.
+        """
+        for bowl in self._props.bowls:
+            if bowl.name == bowl_name:
+                beads = self.bead_positions
+                return int(_are_in(beads, bowl.position, bowl.radius_m, bowl.height_m).sum())
+        raise InputError(f"There is no bowl '{bowl_name}' on the table.")
+
+    @property
+    def is_holding(self) -> bool:
+        """Whether the cup is in the hand."""
+        return self._props.cup is not None and bool(self._mj_data.eq_active[self._grip])
+
+    @property
+    def is_touching(self) -> bool:
+        """Whether the arm, the hand or the held cup is in contact with the obstacle."""
+        if self._props.obstacle is None:
+            return False
+        contact = self._mj_data.contact
+        geoms = contact.geom[(contact.geom == self._obstacle).any(axis=1)]
+        bodies = self._mj_model.geom_bodyid[geoms]
+        return bool((bodies < self._first_bead).all(axis=1).any())
+
+    def grasp(self) -> bool:
+        """Close the fingers on the cup, if it is no further than :data:`GRASP_REACH_M`.
+
+        The cup keeps its place in the hand: it neither jumps nor turns.
+
+        Returns:
+            Whether the cup is in the hand now; if not, nothing has changed.
+        """
+        if self.is_holding:
+            return True
+        if self._props.cup is None:
+            return False
+        mujoco.mj_kinematics(self._mj_model, self._mj_data)
+        cup, hand = self._props.cup, self.hand
+        x, y, z = self._in_cup_frame(hand.position)
+        beside_m = max(0.0, np.hypot(x, y) - cup.radius_m - WALL_M)
+        over_m = max(0.0, -z, z - cup.height_m)
+        if np.hypot(beside_m, over_m) > GRASP_REACH_M:
+            return False
+        # Where the hand holds it is a number of the compiled world, which others read: take a copy.
+        self._mj_model = copy.copy(self._shared)
+        qpos, held = self._mj_data.qpos, self._mj_model.eq_data[self._grip]
+        back, turned_back = np.zeros(3), np.zeros(4)
+        mujoco.mju_negPose(back, turned_back, hand.position, hand.wxyz)
+        mujoco.mju_mulPose(
+            held[3:6], held[6:10], back, turned_back, qpos[_CUP_POSITION], qpos[_CUP_WXYZ]
+        )
+        self._mj_data.eq_active[self._grip] = 1
+        self._mj_data.ctrl[N_JOINTS:] = _HOLDING_M
+        return True
+
+    def refill(self) -> None:
+        """Put the beads back into the cup, at rest in it; the cup should be upright."""
+        self._fill()
+        mujoco.mj_forward(self._mj_model, self._mj_data)
+
+    # Time.
 
     def reset(self, q: JointPositions) -> None:
-        """Put the arm at ``q`` ``(7,)`` in [rad], at rest."""
+        """Put the arm at ``q`` ``(7,)`` in [rad] and everything else back, at rest."""
+        self._mj_model = self._shared
         mujoco.mj_resetData(self._mj_model, self._mj_data)
-        self._mj_data.qpos[:N_JOINTS] = q
-        self._mj_data.qpos[N_JOINTS:] = FINGER_OPEN_M
+        qpos, held = self._mj_data.qpos, self.is_holding
+        qpos[:N_JOINTS] = q
         self.set_target(q)
-        self._mj_data.ctrl[N_JOINTS:] = FINGER_OPEN_M
+        qpos[_FINGERS] = self._mj_data.ctrl[N_JOINTS:] = _HOLDING_M if held else FINGER_OPEN_M
+        if held:
+            mujoco.mj_kinematics(self._mj_model, self._mj_data)
+            hand, at = self.hand, self._mj_model.eq_data[self._grip]
+            mujoco.mju_mulPose(
+                qpos[_CUP_POSITION], qpos[_CUP_WXYZ], hand.position, hand.wxyz, at[3:6], at[6:10]
+            )
+        self._fill()
         mujoco.mj_forward(self._mj_model, self._mj_data)
 
     def set_target(self, q_target: JointPositions) -> None:
@@ -98,46 +222,42 @@ class Simulation:
 
     def step(self, dt_s: float) -> None:
         """Let ``dt_s`` seconds pass, in whole time steps."""
-        for _ in range(max(1, round(dt_s / TIMESTEP_S))):
-            mujoco.mj_step(self._mj_model, self._mj_data)
+        steps = max(1, round(dt_s / self._mj_model.opt.timestep))
+        mujoco.mj_step(self._mj_model, self._mj_data, steps)
+
+    def _fill(self) -> None:
+        if self._props.cup is None or self._props.beads is None:
+            return
+        places = settled(self._props.cup, self._props.beads)
+        qpos, qvel = self._mj_data.qpos, self._mj_data.qvel
+        turned = _matrix(qpos[_CUP_WXYZ])
+        qpos[_BEAD_POSITIONS] = (qpos[_CUP_POSITION] + places @ turned.T).ravel()
+        linear, spin = qvel[_CUP_VELOCITY][:3], qvel[_CUP_VELOCITY][3:]
+        qvel[_BEAD_VELOCITIES] = (linear + np.cross(spin, places) @ turned.T).ravel()
+
+    def _are_in_cup(self) -> np.ndarray:
+        beads = self.bead_positions
+        if self._props.cup is None:
+            return np.zeros(len(beads), dtype=bool)
+        at = self._in_cup_frame(beads)
+        inside = _are_in(at, (0.0, 0.0), self._props.cup.radius_m, self._props.cup.height_m)
+        return inside & (at[:, 2] > 0.0)
+
+    def _in_cup_frame(self, points: np.ndarray) -> np.ndarray:
+        qpos = self._mj_data.qpos
+        places: np.ndarray = (points - qpos[_CUP_POSITION]) @ _matrix(qpos[_CUP_WXYZ])
+        return places
 
 
-@cache
-def _compile(pack: PandaPack) -> mujoco.MjModel:
-    # One compiled world serves every simulation: MuJoCo only reads it.
-    # The URDF has no pictures MuJoCo could read and fixed links we must not lose (the hand frame).
-    urdf = pack.urdf.read_text().replace(
-        "<link ",
-        f'<mujoco><compiler meshdir="{pack.folder}" strippath="false" discardvisual="true" '
-        'fusestatic="false"/></mujoco><link ',
-        1,
-    )
-    spec = mujoco.MjSpec.from_string(urdf)
-    spec.option.timestep = TIMESTEP_S
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    for body in spec.bodies:
-        body.gravcomp = 1.0  # the real arm compensates its own weight
-    for index, name in enumerate(JOINT_NAMES):
-        joint = spec.joint(name)
-        joint.armature = _ARMATURE
-        joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
-        servo = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-        servo.set_to_position(kp=_SERVO_KP[index], kv=_SERVO_KD[index])
-    finger = spec.joint("panda_finger_joint1")
-    finger.armature = 0.01
-    servo = spec.add_actuator(
-        name=finger.name, target=finger.name, trntype=mujoco.mjtTrn.mjTRN_JOINT
-    )
-    servo.set_to_position(kp=400.0, kv=40.0)
-    spec.worldbody.add_geom(
-        name="table",
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[0.6, 0.75, 0.02],
-        pos=[0.35, 0.0, TABLE_TOP_M - 0.02],
-    )
-    # The base is bolted to the table; neighbours in the chain overlap by design.
-    spec.add_exclude(bodyname1="world", bodyname2="panda_link0")
-    spec.add_exclude(bodyname1="world", bodyname2="panda_link1")
-    spec.add_exclude(bodyname1="panda_link5", bodyname2="panda_link7")
-    spec.add_exclude(bodyname1="panda_link7", bodyname2="panda_hand")
-    return spec.compile()
+def _are_in(points: np.ndarray, middle: Place, radius_m: float, height_m: float) -> np.ndarray:
+    """Which points ``(n, 3)`` are within an upright round thing and below its rim: ``(n,)``."""
+    aside = np.hypot(points[:, 0] - middle[0], points[:, 1] - middle[1])
+    inside: np.ndarray = (aside < radius_m + WALL_M) & (points[:, 2] < height_m)
+    return inside
+
+
+def _matrix(wxyz: np.ndarray) -> np.ndarray:
+    """The rotation matrix ``(3, 3)`` of a quaternion ``(4,)``."""
+    matrix = np.empty(9)
+    mujoco.mju_quat2Mat(matrix, wxyz)
+    return matrix.reshape(3, 3)

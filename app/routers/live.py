@@ -15,12 +15,10 @@ from app.scene.page import CONTENT_SECURITY_POLICY, scene_page
 from app.scene.server import SUBPROTOCOL
 from app.schemas.messages import (
     PAGE_MESSAGE,
-    HoldIn,
-    HomeIn,
+    PressIn,
     SentenceOut,
     ShowIn,
     StickIn,
-    TakeIn,
 )
 from app.teleop.live_session import LiveSession
 
@@ -28,6 +26,13 @@ router = APIRouter(prefix="/p/{token}", dependencies=[Depends(same_origin)])
 
 _STATUS_S = 1.0 / 15.0
 _STATUS_AT_LEAST_S = 1.0
+
+_COMMANDS = {
+    "take": LiveSession.take_stick,
+    "hold": LiveSession.release,
+    "home": LiveSession.go_home,
+    "give-up": LiveSession.give_up,
+}
 
 
 @router.get("/scene/")
@@ -94,23 +99,23 @@ async def _follow(text: str, here: Service, session: LiveSession, tab: str) -> s
                 session.move_stick(tab, message.x, message.y, time.monotonic())
             case ShowIn():
                 await here.live.show(session, message.query_id)
-            case TakeIn():
-                session.take_stick(tab)
-            case HoldIn():
-                if session.has_stick(tab):
-                    session.let_go()
-            case HomeIn():
-                if session.has_stick(tab):
-                    session.go_home()
-    except ValidationError as error:
-        if any("stick" in item["loc"] for item in error.errors(include_url=False)):
-            return "The stick must be two numbers between -1 and 1."
-        return "This message was not understood."
-    except (ValueError, RecursionError):  # not JSON, or nested beyond all sense
-        return "This message was not understood."
+            case PressIn():
+                return session.press(tab)
+            case _:
+                _COMMANDS[message.type](session, tab)
+    except (ValueError, RecursionError) as error:  # not JSON, or nested beyond all sense
+        return _misunderstood(error)
     except JoymapError as error:
         return error.sentence
     return None
+
+
+def _misunderstood(error: Exception) -> str:
+    if isinstance(error, ValidationError):
+        places = [item["loc"] for item in error.errors(include_url=False)]
+        if any("stick" in place for place in places):
+            return "The stick must be two numbers between -1 and 1."
+    return "This message was not understood."
 
 
 def _refuse(constant: str) -> NoReturn:

@@ -6,7 +6,10 @@ import numpy as np
 
 from models.arrays import JointPositions
 from models.panda_pack import PandaPack
+from models.simulation import HandState
+from models.tasks import Task
 
+from .props_view import PropsView
 from .robot_view import GHOST_COLOUR, GhostView, RobotView
 from .server import SceneServer, SceneSocket
 
@@ -15,10 +18,6 @@ _REACH_COLOUR = (190, 208, 222)
 _HAND_COLOUR = (255, 140, 40)
 _SKY = np.linspace((232, 237, 242), (196, 206, 216), 64)  # from top to bottom
 _LIGHT = 0.45  # of viser's environment light: a white arm must not burn out
-# Behind the base and above it, looking where the robot looks: the person's forward is the arm's.
-# High and a little aside, so that the elbow does not hide the hand.
-_CAMERA_POSITION = (-0.32, -0.70, 1.60)
-_CAMERA_LOOK_AT = (0.35, 0.03, 0.14)
 _CAMERA_FOV_RAD = 0.72
 _TRAIL_THICKNESS_M = 0.008
 
@@ -26,18 +25,12 @@ _TRAIL_THICKNESS_M = 0.008
 class ArmScene:
     """One participant's picture. Make it on the event loop."""
 
-    def __init__(self, pack: PandaPack, reach: np.ndarray, height_m: float) -> None:
-        """Set up table, arm and ghost.
-
-        Args:
-            pack: The arm's asset pack.
-            reach: Corners ``(n, 2)`` of the area the hand may move over, in [m].
-            height_m: The height the hand moves at, in [m].
-        """
+    def __init__(self, pack: PandaPack, task: Task) -> None:
+        """Set up table, arm, ghost and the task's props, and mark where the hand may go."""
         self._server = SceneServer()
         scene = self._server.viser.scene
-        self._server.viser.initial_camera.position = _CAMERA_POSITION
-        self._server.viser.initial_camera.look_at = _CAMERA_LOOK_AT
+        self._server.viser.initial_camera.position = task.look_from
+        self._server.viser.initial_camera.look_at = task.look_at
         self._server.viser.initial_camera.fov = _CAMERA_FOV_RAD
         scene.set_background_image(np.repeat(_SKY[:, None], 8, axis=1).astype(np.uint8))
         scene.configure_environment_map(environment_intensity=_LIGHT)
@@ -50,19 +43,21 @@ class ArmScene:
             color=_TABLE_COLOUR,
             position=(0.35, 0.0, -0.02),
         )
-        corners = np.column_stack([reach, np.full(len(reach), 0.002)])
+        corners = task.outline
+        corners[:, 2] = 0.002
         scene.add_line_segments(
             "/reach",
             points=np.stack([corners, np.roll(corners, -1, axis=0)], axis=1).astype(np.float32),
             colors=_REACH_COLOUR,
             thickness=0.004,
         )
-        self._height_m = height_m
+        self._height_m = task.height_m
+        self._props = PropsView(scene, task.props)
         self._arm = RobotView(scene, pack)
         self._ghost = GhostView(scene, pack)
         # A plumb line under the hand tells where over the table it is.
         self._plumb = scene.add_cylinder(
-            "/plumb", radius=0.0025, height=height_m, color=_HAND_COLOUR, cast_shadow=False
+            "/plumb", radius=0.0025, height=task.height_m, color=_HAND_COLOUR, cast_shadow=False
         )
         self._hand = scene.add_icosphere(
             "/hand", radius=0.014, color=_HAND_COLOUR, cast_shadow=False
@@ -88,6 +83,12 @@ class ArmScene:
             self._hand.position = (x, y, z)
             self._plumb.position = (x, y, z - self._height_m / 2)
             self._foot.position = (x, y, 0.003)
+        self._server.flush()
+
+    def show_props(self, cup: HandState | None, beads: np.ndarray) -> None:
+        """Put the cup and the beads ``(n, 3)`` in [m] where they are."""
+        with self._server.viser.atomic():
+            self._props.update(cup, beads)
         self._server.flush()
 
     def show_move(self, end: JointPositions, hand_path: np.ndarray) -> None:

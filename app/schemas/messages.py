@@ -42,8 +42,22 @@ class HomeIn(In):
     type: Literal["home"]
 
 
-PageMessage = Annotated[StickIn | ShowIn | TakeIn | HoldIn | HomeIn, Field(discriminator="type")]
-PAGE_MESSAGE: TypeAdapter[StickIn | ShowIn | TakeIn | HoldIn | HomeIn] = TypeAdapter(PageMessage)
+class PressIn(In):
+    """The button: grasp, where the task has something to grasp."""
+
+    type: Literal["press"]
+
+
+class GiveUpIn(In):
+    """End the attempt as it is."""
+
+    type: Literal["give-up"]
+
+
+PageMessage = StickIn | ShowIn | TakeIn | HoldIn | HomeIn | PressIn | GiveUpIn
+PAGE_MESSAGE: TypeAdapter[PageMessage] = TypeAdapter(
+    Annotated[PageMessage, Field(discriminator="type")]
+)
 
 
 class PlaybackOut(BaseModel):
@@ -51,6 +65,20 @@ class PlaybackOut(BaseModel):
 
     query_id: str
     fraction: float
+
+
+class ProgressOut(BaseModel):
+    """How far an attempt is, and how long it has lasted."""
+
+    title: str
+    fraction: float
+    says: str
+    counts: dict[str, int]
+    elapsed_s: float
+    limit_s: float | None
+    can_grasp: bool
+    end: Literal["done", "given up", "time limit"] | None
+    is_success: bool
 
 
 class StatusOut(BaseModel):
@@ -61,7 +89,8 @@ class StatusOut(BaseModel):
     has_stick: bool
     strategy: str | None
     drive_id: str | None
-    hold: Literal["released", "silent", "edge", "moving-home"] | None
+    hold: Literal["released", "silent", "edge", "moving-home", "by-itself", "over"] | None
+    progress: ProgressOut | None
     stick: tuple[float, float]
     hand: tuple[float, float, float]
     playback: PlaybackOut | None

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from typing import Any
 
 from sqlalchemy.orm import Session
 
@@ -98,16 +99,24 @@ def open_drive(
             started_monotonic_s=now_s,
             ended_at=None,
             end=None,
+            outcome=None,
         )
     )
     return opened
 
 
-def end(db: Session, drive_id: str, why: str) -> None:
-    """End a drive, if it has not ended yet."""
+def end(db: Session, drive_id: str, why: str, outcome: dict[str, Any] | None = None) -> None:
+    """End a drive, if it has not ended yet, and keep what its task said then.
+
+    A drive that another one ended meanwhile still gets its outcome.
+    """
     drive = drives.by_id(db, drive_id)
-    if drive is not None and drive.ended_at is None:
+    if drive is None:
+        return
+    if drive.ended_at is None:
         _end(drive, why)
+    if drive.outcome is None:
+        drive.outcome = outcome
 
 
 def end_all(db: Session, why: str) -> None:
@@ -117,9 +126,15 @@ def end_all(db: Session, why: str) -> None:
 
 
 def keep_samples(
-    db: Session, drive_id: str, first_tick: int, ticks: int, last_s: float, samples: bytes
+    db: Session,
+    drive_id: str,
+    first_tick: int,
+    ticks: int,
+    last_s: float,
+    samples: bytes,
+    props: bytes | None,
 ) -> None:
-    """Keep a chunk of a drive's samples."""
+    """Keep a chunk of a drive's samples, and where its props were."""
     db.add(
         SampleChunkRow(
             drive_id=drive_id,
@@ -127,6 +142,7 @@ def keep_samples(
             ticks=ticks,
             last_monotonic_s=last_s,
             samples=samples,
+            props=props,
         )
     )
 

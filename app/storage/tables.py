@@ -173,7 +173,9 @@ class DriveRow(Row):
     started_at: Mapped[datetime]
     started_monotonic_s: Mapped[float]
     ended_at: Mapped[datetime | None]
-    end: Mapped[str | None]  # "switched", "left", "server stopped"
+    # "done", "given up", "time limit", "switched", "left", "server stopped"
+    end: Mapped[str | None]
+    outcome: Mapped[dict[str, Any] | None]  # what the task said at the end
 
 
 class SampleChunkRow(Row):
@@ -188,6 +190,7 @@ class SampleChunkRow(Row):
     ticks: Mapped[int]
     last_monotonic_s: Mapped[float]
     samples: Mapped[bytes] = mapped_column(LargeBinary)
+    props: Mapped[bytes | None] = mapped_column(LargeBinary)  # cup and beads, tick by tick
 
 
 class SetupLinkRow(Row):

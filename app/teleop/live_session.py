@@ -5,24 +5,27 @@ are made on the event loop.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from app.scene.arm_scene import ArmScene
-from app.schemas.messages import PlaybackOut, StatusOut
+from app.schemas.messages import PlaybackOut, ProgressOut, StatusOut
 from app.teleop.recorder import HOLDS, DriveLog
 from app.teleop.stick_filter import StickFilter
 from models.mapping import Mapping
 from models.panda import QD_MAX
 from models.simulation import Simulation
 from models.tasks import Task
+from models.tasks.attempt import Attempt, FreeDrive, hand_pose
 
 SHOW_S_PER_STEP = 0.1  # a move is shown at the speed at which it would be driven
 _SHOW_REST_S = 0.6  # the arm stands still before and after a shown move
 _HOME_SPEED = 0.8  # [rad/s], of the fastest joint on the way back to the start
+_SEEN_M = 1e-4  # what moves less is not drawn anew
 # The hand may go this far over the edge of the task's area, in [m].
 _EDGE_MARGIN_M = 0.02
-_HEIGHT_MARGIN_M = 0.06
+_OFF_MARGIN_M = 0.06  # and this far off the way that the task holds it to
 
 
 @dataclass
@@ -52,6 +55,21 @@ class _Drive:
     strategy: str
     mapping: Mapping
     log: DriveLog
+    attempt: Attempt
+    elapsed_s: float = 0.0
+    end: str | None = None
+
+    def outcome(self) -> dict[str, Any] | None:
+        """What the task says of it, for the record."""
+        if isinstance(self.attempt, FreeDrive):
+            return None
+        progress = self.attempt.progress
+        return {
+            "fraction": progress.fraction,
+            "counts": progress.counts,
+            "is_success": progress.is_success,
+            "elapsed_s": round(self.elapsed_s, 4),
+        }
 
 
 class LiveSession:
@@ -66,6 +84,8 @@ class LiveSession:
         *,
         silence_s: float,
         start: np.ndarray,
+        limit_s: float | None = None,
+        auto_grasp: bool = False,
     ) -> None:
         """Stand at ``start`` ``(7,)`` in [rad]."""
         self.participant_id = participant_id
@@ -74,6 +94,8 @@ class LiveSession:
         self._simulation = simulation
         self.task = task
         self._silence_s = silence_s
+        self._limit_s = limit_s
+        self._auto_grasp = auto_grasp
         self._filter = StickFilter()
         self._raw = np.zeros(2)
         self._heard_s = -np.inf
@@ -81,8 +103,10 @@ class LiveSession:
         self._show: _Show | None = None
         self._drive: _Drive | None = None
         self._homing = False
+        self._is_preparing = False
         self._hold: str | None = "released"
         self._shown_q = np.full(7, np.nan)
+        self._shown_props = np.full(self._props().shape, np.nan)
         simulation.reset(start)
         self._picture()
 
@@ -90,6 +114,11 @@ class LiveSession:
     def is_driven(self) -> bool:
         """Whether a drive is open."""
         return self._drive is not None
+
+    @property
+    def drive_id(self) -> str | None:
+        """The drive that is open, or was the last to end."""
+        return None if self._drive is None else self._drive.log.drive_id
 
     # What pages say.
 
@@ -120,39 +149,66 @@ class LiveSession:
         self._raw = np.zeros(2)
         self._heard_s = -np.inf
 
-    def go_home(self) -> None:
-        """Bring the arm back to where the task begins."""
-        if self._drive is not None:
+    def release(self, tab: str) -> None:
+        """This tab lets go of the stick, if it holds it."""
+        if tab == self._holder:
+            self.let_go()
+
+    def go_home(self, tab: str) -> None:
+        """Bring the arm back to where the task begins, if this tab may and no attempt goes on."""
+        drive = self._drive
+        if tab == self._holder and drive is not None and isinstance(drive.attempt, FreeDrive):
             self._homing = True
+
+    def press(self, tab: str) -> str | None:
+        """The button; a sentence if there is nothing to do with it."""
+        if tab != self._holder:
+            return "You are steering in another tab."
+        if self._drive is None or self._drive.end is not None:
+            return "There is nothing to grasp now: no drive is going on."
+        return self._drive.attempt.press()
+
+    def give_up(self, tab: str) -> None:
+        """End the attempt as it is, if it is this tab's to say."""
+        if tab == self._holder and self._drive is not None:
+            self._end(self._drive, "given up")
 
     # What services say.
 
     def show(self, query_id: str, path: np.ndarray, hand_path: np.ndarray, now_s: float) -> None:
         """Play a move ``(m, 7)`` in [rad] from its start, with a ghost at its end."""
-        if self._drive is not None:
+        if self._drive is not None or self._is_preparing:
             return
         if self._show is None or self._show.query_id != query_id:
             self.scene.show_move(path[-1], hand_path)
         self._show = _Show(query_id, path, now_s)
 
-    def start_drive(self, strategy: str, mapping: Mapping, log: DriveLog) -> None:
-        """Drive from where the arm is; the same drive twice is one drive."""
-        if self._drive is not None:
-            if self._drive.log.drive_id == log.drive_id:
-                return
-            self._drive.log.flush()
+    def prepare(self) -> Simulation:
+        """End whatever goes on; the simulation stands still until a drive starts."""
+        self.stop_drive("switched")
+        self._is_preparing = True
         if self._show is not None:
             self._show = None
             self.scene.hide_move()
             self._simulation.reset(self.task.home_q)
+        return self._simulation
+
+    def start_drive(
+        self, strategy: str, mapping: Mapping, log: DriveLog, attempt: Attempt | None = None
+    ) -> None:
+        """Begin an attempt, for which the simulation stands ready; the same twice is one."""
+        if self.drive_id == log.drive_id:
+            return
+        self.prepare()
+        self._is_preparing = False
         self._homing = False
         self.let_go()
-        self._drive = _Drive(strategy, mapping, log)
+        self._drive = _Drive(strategy, mapping, log, attempt or FreeDrive(self._simulation))
 
     def stop_drive(self, why: str) -> None:
         """End the drive, if there is one."""
         if self._drive is not None:
-            self._drive.log.end(why)
+            self._end(self._drive, why)
             self._drive = None
             self.let_go()
 
@@ -173,13 +229,26 @@ class LiveSession:
             self._picture()
 
     def _tick_drive(self, drive: _Drive, now_s: float, dt_s: float) -> None:
+        if drive.end is not None:
+            # The arm holds; what falls still falls.
+            self._simulation.step(dt_s)
+            self._hold = "over"
+            self._picture()
+            return
+        if self._auto_grasp and drive.attempt.can_grasp:
+            drive.attempt.press()
         raw = self._raw
         silent = now_s - self._heard_s > self._silence_s
         h = self._filter.update(np.zeros(2) if silent else raw, dt_s)
         z, a = np.zeros(2), np.zeros(7)
-        if self._homing:
-            hold: str | None = "moving-home"
-            a = self._way_home(dt_s)
+        by_itself = drive.attempt.way
+        if by_itself is not None:
+            hold: str | None = "by-itself"
+            a = self._way_to(by_itself, dt_s)
+        elif self._homing:
+            hold = "moving-home"
+            a = self._way_to(self.task.home_q, dt_s)
+            self._homing = bool(a.any())
         elif not h.any():
             hold = "silent" if silent and raw.any() else "released"
         else:
@@ -189,11 +258,13 @@ class LiveSession:
             a = drive.mapping.controller.decode(z, s)
             # One factor for all joints, so that the hand keeps its direction.
             a = a / max(1.0, float(np.max(np.abs(a) / QD_MAX)))
-            if self._leaves(a):
+            if self._leaves(a, dt_s):
                 hold, a = "edge", np.zeros(7)
         if a.any():
             self._simulation.set_target(self._simulation.target + a * dt_s)
         self._simulation.step(dt_s)
+        drive.attempt.watch(dt_s)
+        drive.elapsed_s += dt_s
         self._hold = hold
         hand = self._simulation.hand
         drive.log.add(
@@ -209,28 +280,53 @@ class LiveSession:
                     hand.wxyz,
                     [0 if hold is None else 1 + HOLDS.index(hold)],
                 ]
-            )
+            ),
+            self._props(),
         )
         self._picture()
+        if drive.attempt.progress.is_done:
+            self._end(drive, "done")
+        elif self._is_late(drive):
+            self._end(drive, "time limit")
 
-    def _way_home(self, dt_s: float) -> np.ndarray:
-        way = self.task.home_q - self._simulation.target
+    def _is_late(self, drive: _Drive) -> bool:
+        has_end = not isinstance(drive.attempt, FreeDrive)
+        return has_end and self._limit_s is not None and drive.elapsed_s >= self._limit_s
+
+    def _end(self, drive: _Drive, why: str) -> None:
+        if drive.end is None:
+            drive.end = why
+            drive.log.end(why, drive.outcome())
+
+    def _way_to(self, q: np.ndarray, dt_s: float) -> np.ndarray:
+        """Joint velocities towards ``q``; zero once the target is there."""
+        way = q - self._simulation.target
         farthest = float(np.max(np.abs(way)))
         if farthest < 1e-3:
-            self._homing = False
             return np.zeros(7)
         velocity: np.ndarray = way / max(dt_s, farthest / _HOME_SPEED)
         return velocity
 
-    def _leaves(self, a: np.ndarray) -> bool:
-        """Whether ``a`` takes the hand further out of the task's area."""
-        low, high = self.task.workspace
-        at = self._simulation.hand.position
-        way = self._simulation.hand_velocity(a)
-        over = (at[:2] > high + _EDGE_MARGIN_M) & (way[:2] > 0)
-        under = (at[:2] < low - _EDGE_MARGIN_M) & (way[:2] < 0)
-        off = at[2] - self.task.height_m
-        return bool(over.any() or under.any() or (abs(off) > _HEIGHT_MARGIN_M and off * way[2] > 0))
+    def _leaves(self, a: np.ndarray, dt_s: float) -> bool:
+        """Whether ``a`` takes the hand further out of where the task lets it go."""
+        here = hand_pose(self._simulation.hand)
+        there = hand_pose(self._simulation.pose_at(self._simulation.q + a * dt_s))
+        motion = self.task.motions[int(self.task.motion_at(here))]
+        at, then = motion.dof(here), motion.dof(there)
+        low, high = motion.workspace
+        over = (at > high + _EDGE_MARGIN_M) & (then > at)
+        under = (at < low - _EDGE_MARGIN_M) & (then < at)
+        off, off_then = (
+            float(np.linalg.norm(pose.position - motion.pose_at(dof).position))
+            for pose, dof in ((here, at), (there, then))
+        )
+        return bool(over.any() or under.any() or (off > _OFF_MARGIN_M and off_then > off))
+
+    def _props(self) -> np.ndarray:
+        """The cup's pose and the beads' positions, in one row."""
+        cup = self._simulation.cup
+        parts = [] if cup is None else [cup.position, cup.wxyz]
+        return np.concatenate([*parts, self._simulation.bead_positions.ravel(), []])
 
     def _picture(self) -> None:
         """Tell the picture, if there is anything to see."""
@@ -238,6 +334,10 @@ class LiveSession:
         if not np.abs(q - self._shown_q).max() < 1e-5:
             self._shown_q = q
             self.scene.show_arm(q, self._simulation.hand.position)
+        props = self._props()
+        if props.size and not np.abs(props - self._shown_props).max() < _SEEN_M:
+            self._shown_props = props
+            self.scene.show_props(self._simulation.cup, self._simulation.bead_positions)
 
     # What pages hear.
 
@@ -249,6 +349,7 @@ class LiveSession:
         elif self._show is not None and not self._show.is_over(now_s):
             mode = "showing"
             playback = PlaybackOut(query_id=self._show.query_id, fraction=self._show.at(now_s)[1])
+        progress = None if self._drive is None else self._progress(self._drive)
         x, y, z = (round(float(v), 4) for v in self._simulation.hand.position)
         return StatusOut(
             mode=mode,  # type: ignore[arg-type]
@@ -259,4 +360,21 @@ class LiveSession:
             stick=(float(self._raw[0]), float(self._raw[1])),
             hand=(x, y, z),
             playback=playback,
+            progress=progress,
+        )
+
+    def _progress(self, drive: _Drive) -> ProgressOut | None:
+        if isinstance(drive.attempt, FreeDrive):
+            return None
+        progress = drive.attempt.progress
+        return ProgressOut(
+            title=self.task.title,
+            fraction=round(progress.fraction, 3),
+            says=progress.says,
+            counts=progress.counts,
+            elapsed_s=round(drive.elapsed_s, 1),
+            limit_s=self._limit_s,
+            can_grasp=drive.attempt.can_grasp,
+            end=drive.end,  # type: ignore[arg-type]
+            is_success=progress.is_success,
         )

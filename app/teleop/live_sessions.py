@@ -25,7 +25,6 @@ from models.simulation import Simulation
 from models.tasks import get_task
 
 _LOG = logging.getLogger(__name__)
-_LEFT_S = 5.0  # a drive whose page is gone for this long has ended
 _Q = slice(COLUMNS.index("q_1"), COLUMNS.index("q_7") + 1)
 
 
@@ -58,18 +57,16 @@ class LiveSessions:
             if session is None:
                 task = get_task(participant.task)
                 start = await asyncio.to_thread(self._last_pose, participant.id)
-                simulation = await asyncio.to_thread(Simulation, self._pack)
-                low, high = task.workspace
-                reach = np.array(
-                    [[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]]
-                )
+                simulation = await asyncio.to_thread(Simulation, self._pack, task.props)
                 session = LiveSession(
                     participant.id,
                     simulation,
-                    ArmScene(self._pack, reach, task.height_m),
+                    ArmScene(self._pack, task),
                     task,
                     silence_s=self._settings.silence_s,
                     start=task.home_q if start is None else start,
+                    limit_s=self._settings.drive_limit_s,
+                    auto_grasp=self._settings.auto_grasp,
                 )
                 self.loop.sessions[participant.id] = session
             return session
@@ -86,6 +83,8 @@ class LiveSessions:
     async def start_drive(self, participant: ParticipantRow, opened: OpenedDrive) -> None:
         """Let the person drive."""
         session = await self.session(participant)
+        if session.drive_id == opened.id:
+            return
         controller = self._controllers[participant.task]
         alignment = None
         if opened.alignment_file is not None:
@@ -93,11 +92,21 @@ class LiveSessions:
             alignment = await asyncio.to_thread(
                 load_alignment, stem, session.task, self._kinematics, controller
             )
-        session.start_drive(
-            opened.strategy,
-            Mapping(controller, alignment),
-            DriveLog(self.recorder, opened.id, 0, self._settings.record_chunk_s),
-        )
+        async with self._opening:
+            if session.drive_id == opened.id:
+                return
+            simulation = session.prepare()
+            # Where an attempt begins is searched for; the other arms must not wait for that.
+            chance = np.random.default_rng(list(opened.id.encode()))
+            attempt = await asyncio.to_thread(
+                session.task.begin, simulation, self._kinematics, chance
+            )
+            session.start_drive(
+                opened.strategy,
+                Mapping(controller, alignment),
+                DriveLog(self.recorder, opened.id, 0, self._settings.record_chunk_s),
+                attempt,
+            )
 
     async def run(self) -> None:
         """Tick, record, and close what nobody looks at, until cancelled."""
@@ -121,7 +130,7 @@ class LiveSessions:
                     self._unseen_since.pop(participant_id, None)
                     continue
                 unseen_s = now - self._unseen_since.setdefault(participant_id, now)
-                if unseen_s > _LEFT_S:
+                if unseen_s > self._settings.drive_waits_s:
                     session.stop_drive("left")
                 if unseen_s > self._settings.session_idle_s and not session.scene.viewers:
                     session.close("left")

@@ -8,6 +8,7 @@ import asyncio
 import logging
 import zlib
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -35,7 +36,7 @@ COLUMNS = (
     "hand_qz",
     "hold",  # why the arm held: 0 it moved, else 1 + the place in HOLDS
 )
-HOLDS = ("released", "silent", "edge", "moving-home")
+HOLDS = ("released", "silent", "edge", "moving-home", "by-itself", "over")
 
 
 @dataclass(frozen=True)
@@ -43,12 +44,14 @@ class _Chunk:
     drive_id: str
     first_tick: int
     rows: np.ndarray
+    props: np.ndarray
 
 
 @dataclass(frozen=True)
 class _End:
     drive_id: str
     why: str
+    outcome: dict[str, Any] | None
 
 
 class Recorder:
@@ -59,13 +62,15 @@ class Recorder:
         self._database = database
         self._queue: asyncio.Queue[_Chunk | _End] = asyncio.Queue()
 
-    def keep(self, drive_id: str, first_tick: int, rows: list[np.ndarray]) -> None:
-        """Queue a chunk of ticks for writing."""
-        self._queue.put_nowait(_Chunk(drive_id, first_tick, np.array(rows)))
+    def keep(
+        self, drive_id: str, first_tick: int, rows: list[np.ndarray], props: list[np.ndarray]
+    ) -> None:
+        """Queue a chunk of ticks for writing, with where the props were at each."""
+        self._queue.put_nowait(_Chunk(drive_id, first_tick, np.array(rows), np.array(props)))
 
-    def end(self, drive_id: str, why: str) -> None:
+    def end(self, drive_id: str, why: str, outcome: dict[str, Any] | None) -> None:
         """Queue the end of a drive, after its chunks."""
-        self._queue.put_nowait(_End(drive_id, why))
+        self._queue.put_nowait(_End(drive_id, why, outcome))
 
     async def run(self) -> None:
         """Write what comes until cancelled; what is queued then is still written."""
@@ -86,7 +91,7 @@ class Recorder:
     def _store(self, item: _Chunk | _End) -> None:
         with self._database.write() as db:
             if isinstance(item, _End):
-                drives.end(db, item.drive_id, item.why)
+                drives.end(db, item.drive_id, item.why, item.outcome)
                 return
             drives.keep_samples(
                 db,
@@ -95,6 +100,7 @@ class Recorder:
                 len(item.rows),
                 float(item.rows[-1, 0]),
                 pack(item.rows),
+                pack_props(item.props) if item.props.size else None,
             )
 
 
@@ -108,29 +114,45 @@ class DriveLog:
         self._next_tick = first_tick
         self._chunk_s = chunk_s
         self._rows: list[np.ndarray] = []
+        self._props: list[np.ndarray] = []
 
-    def add(self, row: np.ndarray) -> None:
-        """Keep one tick: a row of ``COLUMNS``."""
+    def add(self, row: np.ndarray, props: np.ndarray) -> None:
+        """Keep one tick: a row of ``COLUMNS``, and the props' numbers (see :func:`pack_props`)."""
         self._rows.append(row)
+        self._props.append(props)
         if row[0] - self._rows[0][0] >= self._chunk_s:
             self.flush()
 
     def flush(self) -> None:
         """Hand on what is there."""
         if self._rows:
-            self._recorder.keep(self.drive_id, self._next_tick, self._rows)
+            self._recorder.keep(self.drive_id, self._next_tick, self._rows, self._props)
             self._next_tick += len(self._rows)
-            self._rows = []
+            self._rows, self._props = [], []
 
-    def end(self, why: str) -> None:
+    def end(self, why: str, outcome: dict[str, Any] | None = None) -> None:
         """Hand on what is there and end the drive."""
         self.flush()
-        self._recorder.end(self.drive_id, why)
+        self._recorder.end(self.drive_id, why, outcome)
 
 
 def pack(rows: np.ndarray) -> bytes:
     """Rows of ``COLUMNS`` as they are stored: little-endian float64, compressed."""
     return zlib.compress(np.ascontiguousarray(rows, dtype="<f8").tobytes(), level=1)
+
+
+def pack_props(rows: np.ndarray) -> bytes:
+    """Where the props were at each tick, compressed little-endian float32.
+
+    A row is the cup's position in [m] and orientation (w, x, y, z), then each bead's position;
+    what a task does not have is not in it.
+    """
+    return zlib.compress(np.ascontiguousarray(rows, dtype="<f4").tobytes(), level=1)
+
+
+def unpack_props(props: bytes, ticks: int) -> np.ndarray:
+    """Stored props as one row a tick."""
+    return np.frombuffer(zlib.decompress(props), dtype="<f4").reshape(ticks, -1)
 
 
 def unpack(samples: bytes) -> np.ndarray:

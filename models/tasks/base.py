@@ -1,6 +1,7 @@
 """What a task is to the learning core: two degrees of freedom of the hand, perhaps by turns."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -13,9 +14,20 @@ from ..demonstrations import (
     way_point_demonstrations,
 )
 from ..kinematics import HandPose, Kinematics, turn
+from ..props import Props
+from ..simulation import Simulation
+from .attempt import Attempt, FreeDrive
 
 # What a turn by one radian counts for, in [m]: 0.8 rad/s is as fast as 0.2 m/s.
 LEVER_M = 0.25
+
+
+def drive_freely(
+    simulation: Simulation, kinematics: Kinematics, rng: np.random.Generator
+) -> Attempt:
+    """Leave the arm where it is, and want nothing."""
+    del kinematics, rng
+    return FreeDrive(simulation)
 
 
 @dataclass(frozen=True)
@@ -31,6 +43,10 @@ class Task:
         rotation_weight_m: How many metres a turn by one radian counts for in losses (the paper's
             lambda; Plane: 0).
         boundary_m: A hand higher than this is in the second motion.
+        props: What there is beside the arm and the table.
+        look_from: Where to look at it from, in [m].
+        look_at: And what at.
+        begin: Puts arm and props where an attempt begins, by chance, and watches over it.
     """
 
     name: str
@@ -38,6 +54,12 @@ class Task:
     motions: tuple[TwoDofMotion, ...]
     rotation_weight_m: float
     boundary_m: float = np.inf
+    props: Props = field(default_factory=Props)
+    # Behind the base and above it, looking where the robot looks: forward is forward.
+    # High and a little aside, so that the elbow does not hide the hand.
+    look_from: tuple[float, float, float] = (-0.32, -0.70, 1.60)
+    look_at: tuple[float, float, float] = (0.35, 0.03, 0.14)
+    begin: Callable[[Simulation, Kinematics, np.random.Generator], Attempt] = drive_freely
 
     @property
     def home_q(self) -> JointPositions:
@@ -54,6 +76,13 @@ class Task:
         """How high the hand is at the start, in [m]."""
         middle = np.mean(self.workspace, axis=0)
         return float(self.motions[0].pose_at(middle).position[2])
+
+    @property
+    def outline(self) -> np.ndarray:
+        """Round what the hand may do in the first motion: places ``(4, 3)`` in [m]."""
+        (x_low, y_low), (x_high, y_high) = self.workspace
+        corners = np.array([[x_low, y_low], [x_high, y_low], [x_high, y_high], [x_low, y_high]])
+        return self.pose_at(corners).position
 
     def motion_at(self, pose: HandPose) -> Indices:
         """Which of the motions the hand is in: ``(...)``, counted from 0."""

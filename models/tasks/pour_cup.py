@@ -5,11 +5,29 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..arrays import DofChange, JointPositions
-from ..kinematics import HandPose
+from ..demonstrations import joints_at
+from ..kinematics import HandPose, Kinematics
+from ..props import Beads, Bowl, Cup, Props
+from ..simulation import Simulation
+from .attempt import Attempt, Progress, hand_pose
 from .base import LEVER_M, Task
 
 _REACH_M = (0.38, 0.64)
 _TILT_RAD = (-0.3, 2.3)
+_START_M = 0.51  # the hand's reach where the cup is filled
+_START_SPREAD_M = 0.03
+CUP = Cup()
+BEADS = Beads()
+BOWL_RADIUS_M, _BOWL_HEIGHT_M = 0.065, 0.05
+# Beads leave the tilted cup beside the line that the hand moves along.
+_BESIDE_M = -0.035
+# From the right, and from no higher than the hand needs: the cup hangs before the hand.
+LOOK_FROM, LOOK_AT = (0.25, -1.15, 0.80), (0.42, 0.0, 0.22)
+_ENOUGH = 0.7  # of a cup
+_BOWLS = ("far", "near")
+_EMPTY = 2  # beads that may stay in a cup that counts as empty
+_STILL_S = 0.6  # nothing has left the cup for so long: the pouring is over
+_UPRIGHT_RAD = 0.2
 
 
 def _upright() -> JointPositions:
@@ -62,4 +80,126 @@ class TiltMotion:
         return HandPose(position, rotation)
 
 
-POUR_CUP = Task("pour-cup", "Pour a cup", (TiltMotion(),), rotation_weight_m=LEVER_M)
+def bowl_at(name: str, reach_m: float) -> Bowl:
+    """A bowl where the beads fall when the hand tilts the cup at that reach, in [m]."""
+    x = reach_m + CUP.in_hand[0]
+    return Bowl(name, (x, _BESIDE_M), BOWL_RADIUS_M, _BOWL_HEIGHT_M)
+
+
+@dataclass
+class Pouring:
+    """Watches one cup being emptied: how much went where, and whether it is over."""
+
+    simulation: Simulation
+    bowl: str
+    bowls: tuple[str, ...]
+    still_s: float = 0.0
+    left: int = 0  # beads in the cup when last looked
+
+    def watch(self, dt_s: float) -> None:
+        """Note whether beads still come."""
+        left = self.simulation.beads_in_cup
+        self.still_s = 0.0 if left != self.left or self.in_air else self.still_s + dt_s
+        self.left = left
+
+    @property
+    def poured(self) -> int:
+        """Beads in the right bowl."""
+        return self.simulation.beads_in(self.bowl)
+
+    @property
+    def spilt(self) -> int:
+        """Beads beside every bowl."""
+        return self.simulation.beads_spilt
+
+    @property
+    def in_air(self) -> bool:
+        """Whether some are neither in the cup nor anywhere else yet."""
+        bowls = sum(self.simulation.beads_in(name) for name in self.bowls)
+        return self.simulation.beads_in_cup + bowls + self.spilt < BEADS.count
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether hardly anything is left and nothing falls any more."""
+        return self.left <= _EMPTY and self.still_s >= _STILL_S
+
+    @property
+    def is_enough(self) -> bool:
+        """Whether the right bowl has got its share."""
+        return self.poured >= _ENOUGH * BEADS.count
+
+
+class PouringTwice(Attempt):
+    """A cup into the far bowl, back to have it filled again, and into the near bowl."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        """Begin with a full cup in the hand."""
+        super().__init__(simulation)
+        self._far = Pouring(simulation, "far", _BOWLS)
+        self._near: Pouring | None = None
+        self._in_far = 0  # beads of the first cup, which are used again
+        self._spilt = 0
+
+    def watch(self, dt_s: float) -> None:
+        """Follow the pouring; fill the cup again where it began."""
+        if self._near is not None:
+            self._near.watch(dt_s)
+            return
+        self._far.watch(dt_s)
+        if self._far.is_empty and self._is_at_start():
+            self._in_far, self._spilt = self._far.poured, self._far.spilt
+            self.simulation.refill()
+            self._near = Pouring(self.simulation, "near", _BOWLS)
+
+    @property
+    def progress(self) -> Progress:
+        """Which bowl, and what is in them."""
+        near = self._near
+        in_far = self._far.poured if near is None else self._in_far
+        in_near = 0 if near is None else near.poured
+        is_done = near is not None and near.is_empty
+        enough = _ENOUGH * BEADS.count
+        is_success = is_done and in_far >= enough and in_near >= enough
+        if is_done:
+            says = "Done: both bowls are served." if is_success else "Over: too much went astray."
+        elif near is not None:
+            says = "Pour the cup into the near bowl."
+        elif self._far.is_empty:
+            says = "Bring the cup upright to the mark in the middle, where it is filled again."
+        else:
+            says = "Pour the cup into the far bowl."
+        return Progress(
+            fraction=min(1.0, (in_far + in_near) / (2 * BEADS.count)),
+            says=says,
+            counts={
+                "far bowl": in_far,
+                "near bowl": in_near,
+                "spilt": self._spilt + (self._far if near is None else near).spilt,
+            },
+            is_done=is_done,
+            is_success=is_success,
+        )
+
+    def _is_at_start(self) -> bool:
+        reach, tilt = POUR_CUP.motions[0].dof(hand_pose(self.simulation.hand))
+        is_between = abs(reach - _START_M) < _START_SPREAD_M
+        return bool(is_between and abs(tilt) < LEVER_M * _UPRIGHT_RAD)
+
+
+def begin(simulation: Simulation, kinematics: Kinematics, rng: np.random.Generator) -> Attempt:
+    """Hold a full cup between the bowls, a little to one side or the other."""
+    reach = _START_M + rng.uniform(-_START_SPREAD_M, _START_SPREAD_M)
+    simulation.reset(joints_at(POUR_CUP.motions[0], kinematics, np.array([[reach, 0.0]]))[0])
+    return PouringTwice(simulation)
+
+
+POUR_CUP = Task(
+    "pour-cup",
+    "Pour a cup",
+    (TiltMotion(),),
+    rotation_weight_m=LEVER_M,
+    props=Props(bowls=(bowl_at("far", 0.60), bowl_at("near", 0.42)), cup=CUP, beads=BEADS),
+    look_from=LOOK_FROM,
+    look_at=LOOK_AT,
+    begin=begin,
+)

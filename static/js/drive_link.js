@@ -26,8 +26,6 @@ export class DriveLink {
     this.isRefused = false
     const { signal } = this.stop
     this.timer = setInterval(() => this.#say(), SAY_MS)
-    live.addEventListener('open', () => void this.open(this.strategy), { signal })
-    live.addEventListener('closed', () => (this.driveId = null), { signal })
     live.addEventListener('status', () => this.#check(), { signal })
     document.addEventListener('visibilitychange', () => this.hold(), { signal })
     addEventListener('blur', () => document.hasFocus() || this.hold(), { signal })
@@ -68,7 +66,7 @@ export class DriveLink {
     this.hold()
   }
 
-  /** The server holds no drive although we opened one (a restart, an hour away): open another. */
+  /** The server holds no drive (we just came, it was restarted, an hour went by): open one. */
   #check() {
     const isLost = this.live.status?.mode !== 'driving' && this.live.status?.has_stick
     if (isLost && !this.isOpening && !this.isRefused && performance.now() - this.openedAt_ms > GRACE_MS) void this.open(this.strategy)

@@ -45,7 +45,7 @@ export class Keys {
       return
     }
     if (event.repeat || !(event.code in this.shortcuts)) return
-    const isPress = event.code === 'Enter' && event.target instanceof Element && event.target.closest(PRESSABLE)
+    const isPress = (event.code === 'Enter' || event.code === 'Space') && event.target instanceof Element && event.target.closest(PRESSABLE)
     if (isPress) return
     event.preventDefault()
     this.shortcuts[event.code]()

@@ -8,7 +8,8 @@ import { LiveSocket } from './socket.js'
  * @property {boolean} has_stick
  * @property {string | null} strategy
  * @property {string | null} drive_id
- * @property {null | 'released' | 'silent' | 'edge' | 'moving-home'} hold
+ * @property {null | 'released' | 'silent' | 'edge' | 'moving-home' | 'by-itself' | 'over'} hold
+ * @property {import('./attempt_panel.js').Progress | null} progress of a task that has an end
  * @property {[number, number]} stick
  * @property {[number, number, number]} hand in metres
  * @property {null | {query_id: string, fraction: number}} playback

@@ -38,6 +38,12 @@ export function durationInWords(seconds) {
   return `${Math.floor(whole / 60)} min ${whole % 60} s`
 }
 
+/** @param {number} seconds @returns {string} such as "0:07" or "12:40". */
+export function clockTime(seconds) {
+  const whole = Math.floor(seconds)
+  return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, '0')}`
+}
+
 /** @param {number} count @param {string} noun */
 export function counted(count, noun) {
   return `${count} ${noun}${count === 1 ? '' : 's'}`

@@ -1,4 +1,5 @@
 // driving.js — the person drives the arm, under one strategy or another.
+import { AttemptPanel } from '../attempt_panel.js'
 import { DriveLink } from '../drive_link.js'
 import { ICONS, html, icon } from '../element.js'
 import { LearnedDialog } from '../learned_dialog.js'
@@ -10,6 +11,8 @@ const HOLDS = {
   silent: 'No signal: the arm holds',
   edge: 'At the edge of where it can go',
   'moving-home': 'Going back to the start',
+  'by-itself': 'The arm moves by itself',
+  over: 'The arm holds',
 }
 const READOUT_MS = 250
 
@@ -32,8 +35,10 @@ class DrivingStep {
     this.inputs = new StickInputs({
       label: 'Joystick',
       hint: 'Hold the arrow keys or W, A, S, D to move the arm; let go and it holds. Two keys make a diagonal; Shift is gentle.',
-      shortcuts: { ...shortcuts, KeyH: () => this.home() },
+      shortcuts: { ...shortcuts, KeyH: () => this.home(), Space: () => this.grasp() },
+      buttons: { 0: () => this.grasp() },
     })
+    this.attempt = new AttemptPanel({ onGrasp: () => this.grasp(), onGiveUp: () => this.live.send({ type: 'give-up' }), onAgain: () => this.choose(this.strategy) })
     this.choice = new StrategyChoice(strategies, (name) => this.choose(name))
     this.learned = new LearnedDialog(visit, (isOpen) => {
       this.follow()
@@ -45,7 +50,8 @@ class DrivingStep {
     live.addEventListener('status', () => this.follow(), { signal: this.listening.signal })
     live.addEventListener('closed', () => this.follow(), { signal: this.listening.signal })
     this.stopDrawing = eachFrame((now_ms) => this.inputs.pad.draw(this.inputs.read(now_ms)))
-    this.#begin(this.strategy)
+    this.link.strategy = this.strategy
+    this.choice.draw(this.strategy)
     this.follow()
   }
 
@@ -59,6 +65,11 @@ class DrivingStep {
     this.choice.draw(name)
     if (this.live.isOpen) void this.link.open(name)
     else this.link.strategy = name
+  }
+
+  grasp() {
+    if (this.live.status?.progress) this.live.send({ type: 'press' })
+    this.inputs.pad.focus()
   }
 
   home() {
@@ -86,6 +97,9 @@ class DrivingStep {
     if (this.hold.textContent !== words) this.hold.textContent = words
     this.hold.dataset.hold = status === null ? 'offline' : (status.hold ?? 'moving')
     this.hold.dataset.drive = status?.drive_id ?? ''
+    const progress = status?.progress ?? null
+    this.attempt.draw(progress)
+    this.homeButton.hidden = progress !== null
     if (status) this.#read(status)
   }
 
@@ -126,13 +140,13 @@ class DrivingStep {
     this.hold = html('p', { class: 'hold', role: 'status', 'data-testid': 'hold' })
     this.readout = html('p', { class: 'readout', 'data-testid': 'readout', 'aria-hidden': 'true' })
     scene.tools.append(this.readout)
-    const home = html('button', { class: 'button', type: 'button', 'data-testid': 'home', 'aria-keyshortcuts': 'H', onclick: () => this.home() },
+    this.homeButton = html('button', { class: 'button', type: 'button', 'data-testid': 'home', 'aria-keyshortcuts': 'H', onclick: () => this.home() },
       icon(ICONS.home), 'Back to the start', html('kbd', { 'aria-hidden': 'true' }, 'H'))
     const learned = html('button', { class: 'button plain-text', type: 'button', 'data-testid': 'see-learned', onclick: () => this.learned.open() }, 'See what it learned')
     root.append(html('div', { class: 'driving' },
       html('h1', { tabindex: -1 }, 'Drive the arm'),
-      this.choice.element, this.inputs.pad.element, this.hold,
-      html('div', { class: 'driving-end' }, home, learned)),
+      this.choice.element, this.attempt.element, this.inputs.pad.element, this.hold,
+      html('div', { class: 'driving-end' }, this.homeButton, this.attempt.giveUp, learned)),
     this.learned.element)
   }
 }

@@ -16,9 +16,8 @@ from app.scene.robot_view import RobotView, _links
 from app.scene.server import SceneServer
 from models.panda import LINK_NAMES, Q_HOME, Q_MAX, Q_MIN
 from models.panda_pack import PandaPack
-from models.simulation import _compile
-
-REACH = np.array([[0.35, -0.25], [0.65, -0.25], [0.65, 0.25], [0.35, 0.25]])
+from models.tasks import get_task
+from models.world import compiled
 
 
 class FakePage:
@@ -46,7 +45,7 @@ def test_the_picture_of_the_arm_is_where_the_physics_has_it(
     async def scenario() -> None:
         server = SceneServer()
         view = RobotView(server.viser.scene, pack)
-        mj_model = _compile(pack)
+        mj_model = compiled(pack)
         mj_data = mujoco.MjData(mj_model)
         place = {link.name: link for link in _links(pack)}
         for q in rng.uniform(Q_MIN, Q_MAX, (30, 7)):
@@ -68,7 +67,7 @@ def test_the_picture_of_the_arm_is_where_the_physics_has_it(
 
 def test_whoever_comes_late_sees_the_arm_as_it_is_now(pack: PandaPack) -> None:
     async def scenario() -> None:
-        scene = ArmScene(pack, REACH, 0.25)
+        scene = ArmScene(pack, get_task("plane"))
         first, late = FakePage(), FakePage()
         looking = [asyncio.create_task(scene.serve(first))]
         await asyncio.sleep(0.2)
@@ -94,7 +93,7 @@ def test_whoever_comes_late_sees_the_arm_as_it_is_now(pack: PandaPack) -> None:
 
 def test_a_pose_is_sent_without_waiting_for_visers_window(pack: PandaPack) -> None:
     async def scenario() -> None:
-        scene, page = ArmScene(pack, REACH, 0.25), FakePage()
+        scene, page = ArmScene(pack, get_task("plane")), FakePage()
         looking = asyncio.create_task(scene.serve(page))
         await asyncio.sleep(0.3)
         for step in range(5):
@@ -115,7 +114,7 @@ def test_a_pose_is_sent_without_waiting_for_visers_window(pack: PandaPack) -> No
 def test_a_scene_opens_no_port_and_starts_no_thread(pack: PandaPack) -> None:
     async def scenario() -> None:
         before = threading.active_count()
-        scenes = [ArmScene(pack, REACH, 0.25) for _ in range(5)]
+        scenes = [ArmScene(pack, get_task("plane")) for _ in range(5)]
         assert threading.active_count() == before
         for scene in scenes:
             scene.close()

@@ -12,7 +12,7 @@ from models.checkpoints import load_controller
 from models.mapping import Mapping
 from models.panda import Q_MAX, Q_MIN
 from models.panda_pack import PandaPack
-from models.simulation import Simulation
+from models.simulation import HandState, Simulation
 from models.tasks import get_task
 
 DT_S = 1 / 60
@@ -26,6 +26,7 @@ class FakeScene:
 
     def __init__(self) -> None:
         self.arms: list[np.ndarray] = []
+        self.beads = np.zeros((0, 3))
         self.moves = 0
 
     def show_arm(self, q: np.ndarray, hand: np.ndarray) -> None:
@@ -37,6 +38,9 @@ class FakeScene:
     def hide_move(self) -> None:
         self.moves = 0
 
+    def show_props(self, cup: HandState | None, beads: np.ndarray) -> None:
+        self.beads = beads
+
     def close(self) -> None:
         pass
 
@@ -46,13 +50,19 @@ class FakeRecorder:
 
     def __init__(self) -> None:
         self.chunks: list[tuple[str, int, np.ndarray]] = []
+        self.props: list[np.ndarray] = []
         self.ends: list[tuple[str, str]] = []
+        self.outcomes: list[Any] = []
 
-    def keep(self, drive_id: str, first_tick: int, rows: list[np.ndarray]) -> None:
+    def keep(
+        self, drive_id: str, first_tick: int, rows: list[np.ndarray], props: list[np.ndarray]
+    ) -> None:
         self.chunks.append((drive_id, first_tick, np.array(rows)))
+        self.props.extend(props)
 
-    def end(self, drive_id: str, why: str) -> None:
+    def end(self, drive_id: str, why: str, outcome: dict[str, Any] | None) -> None:
         self.ends.append((drive_id, why))
+        self.outcomes.append(outcome)
 
     def rows(self) -> np.ndarray:
         return np.concatenate([rows for _, _, rows in self.chunks])
@@ -172,7 +182,7 @@ def test_joint_limits_are_kept_under_a_wild_stick(arm: Arm, rng: np.random.Gener
 
 def test_home_brings_the_arm_back_to_where_the_task_begins(arm: Arm) -> None:
     arm.tick(2.0, (0.7, 0.7))
-    arm.session.go_home()
+    arm.session.go_home("tab")
     arm.tick(0.1, (0.0, 0.0))
     assert arm.hold() == "moving-home"
     arm.tick(3.0, (0.0, 0.0))

@@ -7,7 +7,7 @@ from app.services import drives as drive_service
 from app.storage import drives
 from app.storage.database import Database
 from app.storage.tables import DriveRow
-from app.teleop.recorder import COLUMNS, DriveLog, Recorder, pack, unpack
+from app.teleop.recorder import COLUMNS, DriveLog, Recorder, pack, unpack, unpack_props
 from tests.app.factories import make_participant, now
 
 
@@ -48,7 +48,7 @@ def test_ticks_reach_the_database_while_the_drive_runs_and_once(database: Databa
         log = DriveLog(recorder, drive_id, 0, 0.5)
         stored = []
         for tick in range(200):
-            log.add(row(tick))
+            log.add(row(tick), np.full(3, float(tick)))
             if tick == 100:
                 await asyncio.sleep(0.2)
                 with database.read() as db:
@@ -63,6 +63,8 @@ def test_ticks_reach_the_database_while_the_drive_runs_and_once(database: Databa
         chunks = drives.chunks(db, drive_id)
         ticks = np.concatenate([unpack(chunk.samples)[:, 1] for chunk in chunks])
         assert ticks.tolist() == list(range(200))
+        props = np.concatenate([unpack_props(chunk.props or b"", chunk.ticks) for chunk in chunks])
+        assert props.tolist() == [[float(tick)] * 3 for tick in range(200)]
         ended = db.get_one(DriveRow, drive_id)
         assert ended.end == "left"
         assert ended.ended_at is not None
@@ -85,9 +87,9 @@ def test_a_chunk_that_cannot_be_stored_does_not_stop_the_next(
     async def record() -> None:
         recorder = Recorder(database)
         running = asyncio.create_task(recorder.run())
-        recorder.keep(drive_id, 0, [row(0)])
-        recorder.keep(drive_id, 1, [row(1)])
-        recorder.end(drive_id, "left")
+        recorder.keep(drive_id, 0, [row(0)], [np.zeros(0)])
+        recorder.keep(drive_id, 1, [row(1)], [np.zeros(0)])
+        recorder.end(drive_id, "left", {"fraction": 0.5})
         await asyncio.sleep(0.3)
         running.cancel()
         await asyncio.gather(running, return_exceptions=True)
@@ -95,4 +97,5 @@ def test_a_chunk_that_cannot_be_stored_does_not_stop_the_next(
     asyncio.run(record())
     with database.read() as db:
         assert [chunk.first_tick for chunk in drives.chunks(db, drive_id)] == [1]
-        assert db.get_one(DriveRow, drive_id).end == "left"
+        ended = db.get_one(DriveRow, drive_id)
+        assert (ended.end, ended.outcome) == ("left", {"fraction": 0.5})
