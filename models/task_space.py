@@ -16,7 +16,7 @@ from .arrays import HumanInput, JointPositions, LatentAction
 from .controller import LatentController
 from .demonstrations import DT_S
 from .errors import ShapeError, TooFewLabelsError
-from .kinematics import Kinematics
+from .kinematics import HandPose, Kinematics
 from .queries import QueryPool, long_step
 from .reading import MotionMap, Reading, Understanding, read_labels, understand, wish
 from .tasks import Task
@@ -56,7 +56,9 @@ class TaskSpaceAlignment(Alignment):
     def move(self, h: HumanInput, s: JointPositions) -> np.ndarray:
         """The move meant by stick ``h`` at state ``s``, in the task's two DoF, in [m]."""
         check_batch(h, s)
-        pose = self.kinematics.hand_pose(s)
+        return self._move(h, self.kinematics.hand_pose(s))
+
+    def _move(self, h: HumanInput, pose: HandPose) -> np.ndarray:
         move: np.ndarray = self.unit_m * wish(
             self.understanding,
             h,
@@ -68,10 +70,11 @@ class TaskSpaceAlignment(Alignment):
 
     def __call__(self, h: HumanInput, s: JointPositions) -> LatentAction:
         """Solve the known controller for z, by Newton's method with a constant slope."""
-        move = self.move(h, s)
+        check_batch(h, s)
+        before = self.kinematics.hand_pose(s)
+        move = self._move(h, before)
         slope = self.task.dof_jacobian(self.kinematics, s) @ self.controller.secant(s) * DT_S
         inverse = np.linalg.inv(slope)
-        before = self.kinematics.hand_pose(s)
         z = (inverse @ move[..., None])[..., 0]
         for _ in range(_NEWTON_STEPS):
             after = self.kinematics.hand_pose(self.controller.next_state(z, s, DT_S))
