@@ -309,7 +309,7 @@ def test_a_training_survives_a_killed_server_and_ends_once(tmp_path: Path) -> No
         assert again.wait_for_training(120)["state"] == "succeeded"
         (job,) = rows(data_dir, JobRow)
         assert job.attempt == 2
-        assert len(rows(data_dir, AlignmentRow)) == 2
+        assert len(rows(data_dir, AlignmentRow)) == 3
 
 
 def participant_cannot_drive_yet(data_dir: Path) -> bool:

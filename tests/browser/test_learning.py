@@ -22,7 +22,7 @@ from models.checkpoints import load_alignment, load_controller
 from models.evaluation import direction_error_deg
 from models.kinematics import Kinematics
 from models.mapping import Mapping
-from models.panda_pack import PandaPack
+from models.panda_pack import PandaPack, default_folder, open_pack
 from models.preferences import mirrored, rotated
 from models.queries import sample_pool
 from models.simulated_human import SimulatedHuman, sensitivity
@@ -163,7 +163,10 @@ def learned_mapping(data_dir: Path, participant_id: str, strategy: str) -> Mappi
             )
         ).one()
     engine.dispose()
-    return Mapping(load_controller("plane"), load_alignment(data_dir / "alignments" / file))
+    controller = load_controller("plane")
+    kinematics = Kinematics.from_urdf(open_pack(default_folder()).urdf)
+    stem = data_dir / "alignments" / file
+    return Mapping(controller, load_alignment(stem, get_task("plane"), kinematics, controller))
 
 
 @pytest.mark.parametrize("who", range(3))
