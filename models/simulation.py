@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from .arrays import JointPositions, JointVelocities
+from .arrays import JointPositions
 from .errors import InputError
 from .panda import FINGER_OPEN_M, HAND_FRAME, N_JOINTS, Q_HOME, Q_MAX, Q_MIN
 from .panda_pack import PandaPack
@@ -49,7 +49,6 @@ class Simulation:
         self._shared = self._mj_model = _compile(pack, props)
         self._mj_data = mujoco.MjData(self._mj_model)
         self._mj_elsewhere = mujoco.MjData(self._mj_model)
-        self._jacobian = np.zeros((3, self._mj_model.nv))
         self._hand = self._mj_model.body(HAND_FRAME).id
         self._target = Q_HOME.copy()
         self._first_bead = self._mj_model.nbody - (props.beads.count if props.beads else 0)
@@ -78,12 +77,6 @@ class Simulation:
         return HandState(
             self._mj_data.xpos[self._hand].copy(), self._mj_data.xquat[self._hand].copy()
         )
-
-    def hand_velocity(self, qd: JointVelocities) -> np.ndarray:
-        """How fast the hand would move, ``(3,)`` in [m/s], if the joints moved at ``qd``."""
-        mujoco.mj_jacBody(self._mj_model, self._mj_data, self._jacobian, None, self._hand)
-        velocity: np.ndarray = self._jacobian[:, :N_JOINTS] @ qd
-        return velocity
 
     def pose_at(self, q: JointPositions) -> HandState:
         """The pose of the hand with the joints at ``q`` ``(7,)`` in [rad]; nothing moves."""

@@ -7,25 +7,37 @@ import numpy as np
 
 from .panda import HAND_FRAME, JOINT_NAMES
 from .panda_pack import PandaPack
-from .props import TABLE_HALF_SIZE, TABLE_MIDDLE, TABLE_TOP_M, WALL_M, Beads, Cup, Props, heap
+from .props import (
+    TABLE_HALF_SIZE,
+    TABLE_MIDDLE,
+    TABLE_TOP_M,
+    WALL_M,
+    Beads,
+    Cup,
+    Obstacle,
+    Props,
+    heap,
+)
 
 TIMESTEP_S = 1.0 / 240.0
 # With beads every step costs ten times as much; the arm follows its target as well in longer ones.
 BEADS_TIMESTEP_S = 1.0 / 120.0
 CUP, GRIP, OBSTACLE = "cup", "grip", "obstacle"  # names in the compiled world
 # Stiffness and damping of the joints' position servos. Chosen so that the arm follows a joint
-# target at full speed within 0.02 s and without ringing (tests/models/test_props).
+# target at full speed within 0.02 s and without ringing (tests/models/test_touching.py).
 _SERVO_KP = np.array([4500.0, 4500.0, 3500.0, 3500.0, 2000.0, 2000.0, 2000.0])  # [N m/rad]
 _SERVO_KD = 0.02 * _SERVO_KP  # [N m s/rad]; at 1 rad/s the arm trails its target by 0.02 rad
 _ARMATURE = 0.1  # reflected rotor inertia, [kg m^2]
 # No joint pushes harder: the URDF's limits, but more at the wrist, where those are too weak to
 # brake what an obstacle sets in motion. Free motion needs less than that.
 _MAX_TORQUE = np.array([87.0, 87.0, 87.0, 87.0, 30.0, 30.0, 30.0])  # [N m]
-# With their own few grams the fingers would sink into what they touch.
-_FINGER_ARMATURE_KG = 0.5
+
+# The open fingers and what is between them: half sizes, and how far from the flange.
+_FINGERS_SIZE_M = [0.012, 0.036, 0.029]
+_FINGERS_MIDDLE_M = 0.085
 
 # Who touches whom: bits of MuJoCo's contact masks. The cup passes through the arm that holds it.
-_ARM, _BEAD, _CUP = 1, 2, 4
+_ARM, _BEAD, _CUP, _HAND = 1, 2, 4, 8
 _ROUND = 10  # wall boxes of a cup or a bowl
 # MuJoCo's solimp of what must not be pushed into: the whole arm gets a few millimetres far.
 _HARD = [0.95, 0.999, 0.001, 0.5, 2.0]
@@ -45,17 +57,7 @@ def compiled(pack: PandaPack, props: Props = Props()) -> mujoco.MjModel:
     """The world of a pack and props; one serves every simulation, which only reads it."""
     spec = _arm_and_table(pack)
     if props.obstacle is not None:
-        half_m = props.obstacle.height_m / 2
-        spec.worldbody.add_geom(
-            name=OBSTACLE,
-            type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-            size=[props.obstacle.radius_m, half_m, 0.0],
-            pos=[*props.obstacle.position, TABLE_TOP_M + half_m],
-            contype=_ARM | _BEAD | _CUP,
-            conaffinity=0,
-            priority=1,
-            solimp=_HARD,
-        )
+        _add_obstacle(spec, props.obstacle)
     for bowl in props.bowls:
         body = spec.worldbody.add_body(pos=[*bowl.position, TABLE_TOP_M])
         # Its floor goes down into the table, so that a falling bead finds its top side nearest.
@@ -106,10 +108,11 @@ def _arm_and_table(pack: PandaPack) -> mujoco.MjSpec:
         servo.set_to_position(kp=_SERVO_KP[index], kv=_SERVO_KD[index])
         servo.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
         servo.forcerange = [-_MAX_TORQUE[index], _MAX_TORQUE[index]]
-    for name in ("panda_finger_joint1", "panda_finger_joint2"):
-        spec.joint(name).armature = _FINGER_ARMATURE_KG
-    finger = "panda_finger_joint1"
-    servo = spec.add_actuator(name=finger, target=finger, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    finger = spec.joint("panda_finger_joint1")
+    finger.armature = 0.01
+    servo = spec.add_actuator(
+        name=finger.name, target=finger.name, trntype=mujoco.mjtTrn.mjTRN_JOINT
+    )
     servo.set_to_position(kp=400.0, kv=40.0)
     spec.worldbody.add_geom(
         name="table",
@@ -125,6 +128,29 @@ def _arm_and_table(pack: PandaPack) -> mujoco.MjSpec:
     spec.add_exclude(bodyname1="panda_link5", bodyname2="panda_link7")
     spec.add_exclude(bodyname1="panda_link7", bodyname2="panda_hand")
     return spec
+
+
+def _add_obstacle(spec: mujoco.MjSpec, obstacle: Obstacle) -> None:
+    half_m = obstacle.height_m / 2
+    spec.worldbody.add_geom(
+        name=OBSTACLE,
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=[obstacle.radius_m, half_m, 0.0],
+        pos=[*obstacle.position, TABLE_TOP_M + half_m],
+        contype=_ARM | _BEAD | _CUP | _HAND,
+        conaffinity=0,
+        priority=1,
+        solimp=_HARD,
+    )
+    # It meets the open fingers as one block, or it would force its way between them.
+    spec.body("panda_hand").add_geom(
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=_FINGERS_SIZE_M,
+        pos=[0.0, 0.0, _FINGERS_MIDDLE_M],
+        contype=0,
+        conaffinity=_HAND,
+        mass=0.0,
+    )
 
 
 def _add_cup(spec: mujoco.MjSpec, cup: Cup) -> None:

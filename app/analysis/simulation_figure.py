@@ -27,7 +27,7 @@ COLOURS = {
     "ideal-align": "#000000",
     "task-space": "#cc79a7",
 }
-_ENDINGS = ("png", "pdf", "svg")
+ENDINGS = ("png", "pdf", "svg")
 _GROUP_WIDTH = 0.86  # of the distance between two noise levels
 _WIDEST_BAR = 0.2
 # Nobody sees an error of a thousandth of the move. Bars begin here; what is lower gets a mark.
@@ -123,7 +123,7 @@ def labels_figure(rows: Sequence[Row], noise: float) -> Figure:
     return figure
 
 
-def save_figure(figure: Figure, stem: Path, endings: Sequence[str] = _ENDINGS) -> list[Path]:
+def save_figure(figure: Figure, stem: Path, endings: Sequence[str] = ENDINGS) -> list[Path]:
     """Write a figure as ``STEM.png`` and so on; same figure, same bytes.
 
     Args:

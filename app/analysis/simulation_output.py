@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from app.analysis.simulation_figure import bars_figure, save_figure
+from app.analysis.simulation_figure import ENDINGS, bars_figure, save_figure
 from app.analysis.simulation_grid import Grid
 from app.analysis.simulation_rows import (
     SimulationError,
@@ -17,6 +17,9 @@ from app.analysis.simulation_rows import (
     write_file,
 )
 from models.experiment import Row
+
+_TEXTS = ("rows.csv", "summary.csv", "run.json")
+_FIGURE = "figure"
 
 
 @dataclass(frozen=True)
@@ -46,20 +49,20 @@ def write_run(run: Run, grid: Grid) -> list[Path]:
         "origin": run.origin,
         "worker_seconds": run.worker_seconds,
     }
-    texts = {
-        "rows.csv": rows_csv(run.rows),
-        "summary.csv": summary_csv(summarise(run.rows)),
-        "run.json": json.dumps(about, indent=1) + "\n",
-    }
-    for name, text in texts.items():
+    texts = (
+        rows_csv(run.rows),
+        summary_csv(summarise(run.rows)),
+        json.dumps(about, indent=1) + "\n",
+    )
+    for name, text in zip(_TEXTS, texts, strict=True):
         write_file(run.folder / name, text)
     figure = bars_figure(run.rows, run.rotation_weight)
-    return [run.folder / name for name in texts] + save_figure(figure, run.folder / "figure")
+    return [run.folder / name for name in _TEXTS] + save_figure(figure, run.folder / _FIGURE)
 
 
 def remove_results(folder: Path) -> None:
     """Take away what :func:`write_run` wrote before: it would not go with the rows to come."""
-    for name in ("rows.csv", "summary.csv", "run.json", "figure.png", "figure.pdf", "figure.svg"):
+    for name in (*_TEXTS, *(f"{_FIGURE}.{ending}" for ending in ENDINGS)):
         (folder / name).unlink(missing_ok=True)
 
 

@@ -28,8 +28,8 @@ The picture is for noise {shown_noise:g}.
 
 These people's noise is in proportion to their answer, so that no move gets a surer answer than
 another: once the answers cover what there is to learn, half as many of them cost a factor of √2,
-however they are chosen. Choosing pays where random moves leave something out: a motion of *Reach and
-pour*, or a direction among very few moves.
+however they are chosen. Choosing pays where random moves leave something out: a motion of *Reach
+and pour*, or a direction among very few moves.
 
 {bars_table(labels_bars(rows))}
 

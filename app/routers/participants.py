@@ -23,6 +23,7 @@ from app.schemas.participants import (
 from app.services import accounts, flow, queries, training
 from app.services import drives as drive_service
 from app.storage.tables import ParticipantRow
+from models.tasks import get_task
 
 router = APIRouter(prefix="/p/{token}/api", dependencies=[Depends(same_origin)])
 
@@ -169,6 +170,7 @@ def _session(here: Service, participant_id: str) -> SessionOut:
             queries=[_query_out(question) for question in questions],
             labels_wanted=here.settings.labels_wanted,
             may_end_early=here.settings.queries == "designed",
+            field_says=get_task(participant.task).field_says,
             strategies=[
                 StrategyOut(name=choice.name, title=choice.title, note=choice.note)
                 for choice in drive_service.STRATEGIES

@@ -4,7 +4,7 @@ import numpy as np
 import trimesh
 import viser
 
-from models.props import WALL_M, Props
+from models.props import HANDLE_SIZE_M, WALL_M, Cup, Props
 from models.simulation import HandState
 
 _POST_COLOUR = (214, 84, 60)
@@ -43,7 +43,7 @@ class PropsView:
             self._cup = _add(
                 scene,
                 "/props/cup",
-                _vessel(props.cup.radius_m, props.cup.height_m),
+                _cup(props.cup),
                 _CUP_COLOUR,
                 opacity=_CUP_OPACITY,
             )
@@ -87,6 +87,18 @@ def _add(
         cast_shadow=False,
         receive_shadow=False,
     )
+
+
+def _cup(cup: Cup) -> trimesh.Trimesh:
+    """A vessel with the handle by which the hand holds it, on its -x side."""
+    length_m, _, height_m = HANDLE_SIZE_M
+    handle = trimesh.creation.box(HANDLE_SIZE_M)
+    beside_m = cup.radius_m + WALL_M + length_m / 2
+    handle.apply_translation((-beside_m, 0.0, cup.height_m - height_m / 2))
+    joined: trimesh.Trimesh = trimesh.util.concatenate(
+        [_vessel(cup.radius_m, cup.height_m), handle]
+    )
+    return joined
 
 
 def _vessel(radius_m: float, height_m: float) -> trimesh.Trimesh:

@@ -85,6 +85,7 @@ class SessionOut(BaseModel):
     queries: list[QueryOut]
     labels_wanted: int
     may_end_early: bool
+    field_says: str
     strategies: list[StrategyOut]
     notice: str | None
 

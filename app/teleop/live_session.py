@@ -61,7 +61,7 @@ class _Drive:
 
     def outcome(self) -> dict[str, Any] | None:
         """What the task says of it, for the record."""
-        if isinstance(self.attempt, FreeDrive):
+        if not self.attempt.has_goal:
             return None
         progress = self.attempt.progress
         return {
@@ -157,7 +157,7 @@ class LiveSession:
     def go_home(self, tab: str) -> None:
         """Bring the arm back to where the task begins, if this tab may and no attempt goes on."""
         drive = self._drive
-        if tab == self._holder and drive is not None and isinstance(drive.attempt, FreeDrive):
+        if tab == self._holder and drive is not None and not drive.attempt.has_goal:
             self._homing = True
 
     def press(self, tab: str) -> str | None:
@@ -290,8 +290,9 @@ class LiveSession:
             self._end(drive, "time limit")
 
     def _is_late(self, drive: _Drive) -> bool:
-        has_end = not isinstance(drive.attempt, FreeDrive)
-        return has_end and self._limit_s is not None and drive.elapsed_s >= self._limit_s
+        if not drive.attempt.has_goal or self._limit_s is None:
+            return False
+        return drive.elapsed_s >= self._limit_s
 
     def _end(self, drive: _Drive, why: str) -> None:
         if drive.end is None:
@@ -364,7 +365,7 @@ class LiveSession:
         )
 
     def _progress(self, drive: _Drive) -> ProgressOut | None:
-        if isinstance(drive.attempt, FreeDrive):
+        if not drive.attempt.has_goal:
             return None
         progress = drive.attempt.progress
         return ProgressOut(

@@ -36,7 +36,7 @@ COLUMNS = (
     "hand_qz",
     "hold",  # why the arm held: 0 it moved, else 1 + the place in HOLDS
 )
-HOLDS = ("released", "silent", "edge", "moving-home", "by-itself", "over")
+HOLDS = ("released", "silent", "edge", "moving-home", "by-itself")
 
 
 @dataclass(frozen=True)

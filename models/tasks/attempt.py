@@ -30,7 +30,13 @@ class Progress:
 
 
 class Attempt(ABC):
-    """One try at a task. It watches the simulation and never steps it."""
+    """One try at a task. It watches the simulation and never steps it.
+
+    Attributes:
+        has_goal: Whether there is anything to achieve, and so an end.
+    """
+
+    has_goal = True
 
     def __init__(self, simulation: Simulation) -> None:
         """Watch a simulation that stands where the attempt begins."""
@@ -62,6 +68,8 @@ class Attempt(ABC):
 
 class FreeDrive(Attempt):
     """Driving for its own sake: no goal and no end."""
+
+    has_goal = False
 
     def watch(self, dt_s: float) -> None:
         """Nothing counts."""

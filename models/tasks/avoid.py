@@ -42,7 +42,9 @@ class GoingRound(Attempt):
         self._bearing_deg = bearing
         if not self.progress.is_done:
             turn = 0 if self._turned_deg[0] < _TURN_DEG else 1
-            self._turned_deg[turn] += -moved if turn == 0 else moved
+            forth = -moved if turn == 0 else moved
+            # Who set out the wrong way turns round and begins; nothing is to be unwound.
+            self._turned_deg[turn] = max(0.0, self._turned_deg[turn] + forth)
         if self.simulation.is_touching:
             self.touches += self._untouched_s > _LET_GO_S
             self._untouched_s = 0.0
@@ -52,7 +54,7 @@ class GoingRound(Attempt):
     @property
     def progress(self) -> Progress:
         """Degrees of both turns."""
-        first, second = (float(np.clip(turned, 0.0, _TURN_DEG)) for turned in self._turned_deg)
+        first, second = (min(turned, _TURN_DEG) for turned in self._turned_deg)
         is_done = second >= _TURN_DEG
         if is_done:
             says = "Done: once round, and back."

@@ -44,6 +44,7 @@ class Task:
             lambda; Plane: 0).
         boundary_m: A hand higher than this is in the second motion.
         props: What there is beside the arm and the table.
+        field_says: What the picture of a learned field shows, for people.
         look_from: Where to look at it from, in [m].
         look_at: And what at.
         begin: Puts arm and props where an attempt begins, by chance, and watches over it.
@@ -55,6 +56,10 @@ class Task:
     rotation_weight_m: float
     boundary_m: float = np.inf
     props: Props = field(default_factory=Props)
+    field_says: str = (
+        "From above, with the robot standing at the bottom: where the hand goes from each place "
+        "when you push"
+    )
     # Behind the base and above it, looking where the robot looks: forward is forward.
     # High and a little aside, so that the elbow does not hide the hand.
     look_from: tuple[float, float, float] = (-0.32, -0.70, 1.60)

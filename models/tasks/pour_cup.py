@@ -18,15 +18,16 @@ _START_M = 0.51  # the hand's reach where the cup is filled
 _START_SPREAD_M = 0.03
 CUP = Cup()
 BEADS = Beads()
-BOWL_RADIUS_M, _BOWL_HEIGHT_M = 0.065, 0.05
+_BOWL_RADIUS_M, _BOWL_HEIGHT_M = 0.065, 0.05
 # Beads leave the tilted cup beside the line that the hand moves along.
 _BESIDE_M = -0.035
-# From the right, and from no higher than the hand needs: the cup hangs before the hand.
-LOOK_FROM, LOOK_AT = (0.25, -1.15, 0.80), (0.42, 0.0, 0.22)
+# From the left: when it pours, the hand comes to the right of the cup and would hide it.
+LOOK_FROM, LOOK_AT = (0.12, 1.05, 0.85), (0.42, 0.0, 0.22)
 _ENOUGH = 0.7  # of a cup
 _BOWLS = ("far", "near")
 _EMPTY = 2  # beads that may stay in a cup that counts as empty
-_STILL_S = 0.6  # nothing has left the cup for so long: the pouring is over
+# No bead has come or gone anywhere for so long, which is longer than one falls: it is over.
+_STILL_S = 0.6
 _UPRIGHT_RAD = 0.2
 
 
@@ -83,7 +84,7 @@ class TiltMotion:
 def bowl_at(name: str, reach_m: float) -> Bowl:
     """A bowl where the beads fall when the hand tilts the cup at that reach, in [m]."""
     x = reach_m + CUP.in_hand[0]
-    return Bowl(name, (x, _BESIDE_M), BOWL_RADIUS_M, _BOWL_HEIGHT_M)
+    return Bowl(name, (x, _BESIDE_M), _BOWL_RADIUS_M, _BOWL_HEIGHT_M)
 
 
 @dataclass
@@ -94,13 +95,14 @@ class Pouring:
     bowl: str
     bowls: tuple[str, ...]
     still_s: float = 0.0
-    left: int = 0  # beads in the cup when last looked
+    seen: tuple[int, ...] = ()  # beads in the cup, in each bowl, and spilt, when last looked
 
     def watch(self, dt_s: float) -> None:
         """Note whether beads still come."""
-        left = self.simulation.beads_in_cup
-        self.still_s = 0.0 if left != self.left or self.in_air else self.still_s + dt_s
-        self.left = left
+        in_bowls = (self.simulation.beads_in(name) for name in self.bowls)
+        now = self.simulation.beads_in_cup, *in_bowls, self.spilt
+        self.still_s = self.still_s + dt_s if now == self.seen else 0.0
+        self.seen = now
 
     @property
     def poured(self) -> int:
@@ -113,15 +115,9 @@ class Pouring:
         return self.simulation.beads_spilt
 
     @property
-    def in_air(self) -> bool:
-        """Whether some are neither in the cup nor anywhere else yet."""
-        bowls = sum(self.simulation.beads_in(name) for name in self.bowls)
-        return self.simulation.beads_in_cup + bowls + self.spilt < BEADS.count
-
-    @property
     def is_empty(self) -> bool:
         """Whether hardly anything is left and nothing falls any more."""
-        return self.left <= _EMPTY and self.still_s >= _STILL_S
+        return bool(self.seen) and self.seen[0] <= _EMPTY and self.still_s >= _STILL_S
 
     @property
     def is_enough(self) -> bool:
@@ -165,7 +161,7 @@ class PouringTwice(Attempt):
         elif near is not None:
             says = "Pour the cup into the near bowl."
         elif self._far.is_empty:
-            says = "Bring the cup upright to the mark in the middle, where it is filled again."
+            says = "Bring the cup back between the bowls, upright: there it is filled again."
         else:
             says = "Pour the cup into the far bowl."
         return Progress(
@@ -199,6 +195,10 @@ POUR_CUP = Task(
     (TiltMotion(),),
     rotation_weight_m=LEVER_M,
     props=Props(bowls=(bowl_at("far", 0.60), bowl_at("near", 0.42)), cup=CUP, beads=BEADS),
+    field_says=(
+        "Up on the picture the hand reaches farther, to the left it tilts the cup farther: what it "
+        "does from each place when you push"
+    ),
     look_from=LOOK_FROM,
     look_at=LOOK_AT,
     begin=begin,

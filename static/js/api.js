@@ -13,6 +13,7 @@ import { Backoff, pause } from './backoff.js'
  * @property {Query[]} queries
  * @property {number} labels_wanted
  * @property {boolean} may_end_early fewer answers may do
+ * @property {string} field_says what the picture of a learned field shows
  * @property {Strategy[]} strategies
  * @property {string | null} [notice] said when everything is answered but too little of it with the stick
  */

@@ -17,8 +17,7 @@ export class DriveLink {
     this.live = live
     this.readStick = readStick
     this.seq = 0
-    this.driveId = null
-    this.openedAt_ms = 0
+    this.openedAt_ms = -Infinity
     this.stop = new AbortController()
     /** @type {AbortController | null} */
     this.opening = null
@@ -43,8 +42,7 @@ export class DriveLink {
     const opening = new AbortController()
     this.opening = opening
     try {
-      const drive = await this.visit.api.postSurely('drives', { id: newId(), strategy }, { signal: opening.signal })
-      this.driveId = drive.id
+      await this.visit.api.postSurely('drives', { id: newId(), strategy }, { signal: opening.signal })
       this.openedAt_ms = performance.now()
     } catch (error) {
       if (opening.signal.aborted) return

@@ -11,8 +11,8 @@ const DWELL_MS = 1300
 const PLOTTED = Object.freeze(['all-priors', 'no-priors'])
 
 export class LearnedPanel {
-  /** @param {import('./api.js').Strategy[]} strategies */
-  constructor(strategies) {
+  /** @param {import('./api.js').Session} session */
+  constructor({ strategies, field_says: fieldSays }) {
     this.strategies = PLOTTED.map((name) => strategies.find((strategy) => strategy.name === name) ?? { name, title: name, note: '' })
     this.plots = new Map(this.strategies.map(({ name, title, note }) => [name, new FieldPlot(title, note)]))
     this.chart = new LossChart()
@@ -25,7 +25,7 @@ export class LearnedPanel {
     this.playButton = html('button', { class: 'button', type: 'button', onclick: () => this.play() }, icon(ICONS.play), 'Play')
     this.element = html('div', { class: 'learned' },
       html('div', { class: 'learned-controls' },
-        html('p', { class: 'small' }, 'From above, with the robot standing at the bottom: where the hand goes from each place when you push'),
+        html('p', { class: 'small' }, fieldSays),
         fieldLegend(),
         html('div', { class: 'replay' },
           html('div', { class: 'segments', role: 'group', 'aria-label': 'Moment of the learning' }, this.buttons), this.playButton)),

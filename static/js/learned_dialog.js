@@ -29,7 +29,7 @@ export class LearnedDialog {
     try {
       const training = await this.visit.api.get('training')
       if (!this.element.open) return
-      this.panel = new LearnedPanel(this.visit.session.strategies)
+      this.panel = new LearnedPanel(this.visit.session)
       this.content.replaceChildren(this.panel.element)
       this.panel.update(training.strategies ?? {})
     } catch (error) {

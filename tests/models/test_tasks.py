@@ -5,8 +5,11 @@ from numpy.testing import assert_allclose, assert_array_equal
 from models.demonstrations import DT_S
 from models.errors import UnknownTaskError
 from models.kinematics import HandPose
+from models.simulation import HandState, Simulation
 from models.tasks import TASKS, get_task
+from models.tasks.avoid import GoingRound
 from models.tasks.base import LEVER_M
+from models.tasks.pour_cup import Pouring
 
 
 @pytest.fixture(params=list(TASKS))
@@ -77,3 +80,48 @@ def test_a_long_move_at_the_edge_leaves_the_workspace(task):
 def test_a_task_that_does_not_exist_is_named_with_those_that_do():
     with pytest.raises(UnknownTaskError, match="'fly'; choose one of: plane, pour, reach"):
         get_task("fly")
+
+
+class Scripted(Simulation):
+    """What an attempt sees of a simulation, said beforehand."""
+
+    beads_in_cup, beads_spilt, poured, is_touching = 20, 0, 0, False
+    hand = HandState(np.array([0.61, 0.0, 0.12]), np.array([0.0, 1.0, 0.0, 0.0]))
+
+    def __init__(self):
+        pass
+
+    def beads_in(self, _name):
+        return self.poured
+
+    def go_to(self, angle_deg):
+        angle = np.radians(angle_deg)
+        at = np.array([0.5 + 0.11 * np.cos(angle), 0.11 * np.sin(angle), 0.12])
+        self.hand = HandState(at, self.hand.wxyz)
+
+
+def test_a_bead_that_lies_where_nothing_counts_it_does_not_keep_the_pouring_going():
+    seen = Scripted()
+    pouring = Pouring(seen, "far", ("far",))
+    pouring.watch(1.0)
+    seen.beads_in_cup, seen.poured = 0, 18
+    were_empty = []
+    for _ in range(4):
+        pouring.watch(0.25)
+        were_empty.append(pouring.is_empty)
+    assert were_empty == [False, False, False, True]  # though two of the twenty lie on a rim
+    assert pouring.is_enough
+
+
+def test_who_goes_round_the_wrong_way_has_nothing_to_unwind():
+    seen = Scripted()
+    attempt = GoingRound(seen)
+    for angle in range(0, 400, 10):  # counter-clockwise
+        seen.go_to(angle)
+        attempt.watch(0.1)
+    assert attempt.progress.counts["degrees"] == 0
+    for angle in range(390, 10, -10):  # a little more than once round
+        seen.go_to(angle)
+        attempt.watch(0.1)
+    assert attempt.progress.counts["degrees"] == 360
+    assert "counter-clockwise" in attempt.progress.says

@@ -105,11 +105,11 @@ class Watch:
         bodies = [mj_model.body(int(body)).name for body in mj_model.geom_bodyid]
         ours = ("panda_hand", "panda_leftfinger", "panda_rightfinger", "cup")
         self._table = mj_model.geom("table").id
-        # The cup's walls are thicker to the beads than they are.
+        # What only beads or only the obstacle touch is larger than what is seen.
         self._geoms = [
             geom
             for geom, name in enumerate(bodies)
-            if name in ours and mj_model.geom_contype[geom] != BEAD_MASK
+            if name in ours and mj_model.geom_contype[geom] not in (0, BEAD_MASK)
         ]
         self._before = self._frames()
 

@@ -13,7 +13,7 @@ export function mountTraining(root, { visit, banners }) {
   const stop = new AbortController()
   const { signal } = stop
   const body = { id: newId() }
-  const panel = new LearnedPanel(visit.session.strategies)
+  const panel = new LearnedPanel(visit.session)
   const heading = html('h1', { tabindex: -1 }, 'The robot learns how you steer')
   const state = html('p', { class: 'lead', role: 'status', 'data-testid': 'training-state' }, 'Asking how far it is…')
   const progress = html('progress', { max: 1, value: 0, 'aria-label': 'Learning' })

@@ -38,13 +38,18 @@ def environment(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def start(out: Path, *options: str) -> subprocess.Popen[str]:
     """``joymap simulate`` in a process of its own, as the leader of a group, like in a shell."""
-    return subprocess.Popen(
-        [sys.executable, "-m", "app.cli", "simulate", *SMALL, *options, "--out", str(out)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
+    # In the background of a shell the tests have Ctrl-C ignored, and so would what they start.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        return subprocess.Popen(
+            [sys.executable, "-m", "app.cli", "simulate", *SMALL, *options, "--out", str(out)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def wait_for_lines(out: Path, wanted: int) -> None:
