@@ -48,13 +48,13 @@ def make_engine(path: Path) -> Engine:
     return engine
 
 
-def migrate(path: Path) -> None:
-    """Bring the file to the newest schema, making it if need be."""
+def migrate(path: Path, revision: str = "head") -> None:
+    """Bring the file up to a schema, the newest by default, making it if need be."""
     path.parent.mkdir(parents=True, exist_ok=True)
     config = Config()
     config.set_main_option("script_location", str(MIGRATIONS_DIR))
     config.set_main_option("sqlalchemy.url", f"sqlite:///{path}")
-    command.upgrade(config, "head")
+    command.upgrade(config, revision)
 
 
 class Database:

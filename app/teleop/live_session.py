@@ -279,6 +279,7 @@ class LiveSession:
                     hand.position,
                     hand.wxyz,
                     [0 if hold is None else 1 + HOLDS.index(hold)],
+                    [float(self._simulation.is_touching)],
                 ]
             ),
             self._props(),

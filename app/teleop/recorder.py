@@ -35,6 +35,7 @@ COLUMNS = (
     "hand_qy",
     "hand_qz",
     "hold",  # why the arm held: 0 it moved, else 1 + the place in HOLDS
+    "touching",  # 1 while arm or hand touch the obstacle, else 0; NaN in records older than this
 )
 HOLDS = ("released", "silent", "edge", "moving-home", "by-itself")
 

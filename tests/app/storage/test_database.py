@@ -1,11 +1,16 @@
+import sqlite3
 import threading
+import zlib
+from contextlib import closing
 from pathlib import Path
 
+import numpy as np
 import pytest
 from sqlalchemy import inspect, select, text
 
 from app.storage.database import Database, DatabaseInUse, make_engine, migrate
 from app.storage.tables import ParticipantRow, Row
+from app.teleop.recorder import COLUMNS, unpack
 from tests.app.factories import make_participant
 
 
@@ -74,3 +79,19 @@ def test_migrating_twice_is_migrating_once(tmp_path: Path) -> None:
     migrate(tmp_path / "twice.db")
     found = inspect(make_engine(tmp_path / "twice.db"))
     assert set(found.get_table_names()) == {*Row.metadata.tables, "alembic_version"}
+
+
+def test_ticks_recorded_before_touches_were_stay_readable(tmp_path: Path) -> None:
+    path, rows = tmp_path / "old.db", np.random.default_rng(2).normal(size=(7, len(COLUMNS) - 1))
+    migrate(path, "b2d9c4a7e610")
+    with closing(sqlite3.connect(path)) as db, db:
+        db.execute(
+            "INSERT INTO sample_chunk (drive_id, first_tick, ticks, last_monotonic_s, samples)"
+            " VALUES ('d', 0, 7, 1.0, ?)",
+            [zlib.compress(rows.astype("<f8").tobytes())],
+        )
+    migrate(path)
+    with closing(sqlite3.connect(path)) as db:
+        found = unpack(db.execute("SELECT samples FROM sample_chunk").fetchone()[0])
+    assert np.array_equal(found[:, :-1], rows)
+    assert np.isnan(found[:, -1]).all()
