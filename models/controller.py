@@ -32,6 +32,7 @@ _TO_MONOMIALS = np.linalg.pinv(monomials(_SAMPLES))  # (9, samples)
 # what is even in z.
 _RING = np.arange(6) * (np.pi / 3)
 _PROBES = np.sqrt(0.5) * np.stack([np.cos(_RING), np.sin(_RING)], axis=-1)
+_TO_SECANT = np.linalg.pinv(_PROBES)  # (2, probes)
 
 
 class LatentController(ABC):
@@ -65,7 +66,7 @@ class LatentController(ABC):
         """
         z = np.broadcast_to(_PROBES, (*s.shape[:-1], *_PROBES.shape))
         states = np.broadcast_to(s[..., None, :], (*s.shape[:-1], len(_PROBES), N_JOINTS))
-        secant: np.ndarray = np.swapaxes(np.linalg.pinv(_PROBES) @ self.decode(z, states), -1, -2)
+        secant: np.ndarray = np.swapaxes(_TO_SECANT @ self.decode(z, states), -1, -2)
         return secant
 
     def expand(self, s: JointPositions) -> Float[np.ndarray, "*batch 7 9"]:
@@ -142,11 +143,10 @@ class AutoencoderController(LatentController):
 
     def secant(self, s: JointPositions) -> LatentJacobian:
         """As every controller's, without the decoder's share at z = 0, which cancels."""
-        fit = np.linalg.pinv(_PROBES)  # (2, probes)
         rows = np.empty((len(_PROBES), s.size // N_JOINTS, 2 + N_JOINTS))
         rows[:, :, :2] = (_PROBES * self.z_scale)[:, None, :]
         rows[:, :, 2:] = ((s - self.s_mean) / self.s_scale).reshape(-1, N_JOINTS)
-        secant: np.ndarray = np.einsum("zp,pnj->njz", fit, self.decoder(rows)) * self.a_scale
+        secant: np.ndarray = np.einsum("zp,pnj->njz", _TO_SECANT, self.decoder(rows)) * self.a_scale
         return secant.reshape(*s.shape, 2)
 
     def to_arrays(self) -> dict[str, np.ndarray]:

@@ -9,6 +9,7 @@ from models.panda_pack import PandaPack
 from models.simulation import HandState
 from models.tasks import Task
 
+from .nodes import put
 from .props_view import PropsView
 from .robot_view import GHOST_COLOUR, GhostView, RobotView
 from .server import SceneServer, SceneSocket
@@ -79,10 +80,10 @@ class ArmScene:
         """Put the arm at ``q`` ``(7,)`` in [rad], with a mark under its hand ``(3,)`` in [m]."""
         with self._server.viser.atomic():
             self._arm.update(q)
-            x, y, z = (float(value) for value in hand)
-            self._hand.position = (x, y, z)
-            self._plumb.position = (x, y, z - self._height_m / 2)
-            self._foot.position = (x, y, 0.003)
+            x, y, z = hand
+            put(self._hand, (x, y, z))
+            put(self._plumb, (x, y, z - self._height_m / 2))
+            put(self._foot, (x, y, 0.003))
         self._server.flush()
 
     def show_props(self, cup: HandState | None, beads: np.ndarray) -> None:

@@ -7,6 +7,8 @@ import viser
 from models.props import HANDLE_SIZE_M, WALL_M, Cup, Props
 from models.simulation import HandState
 
+from .nodes import put, scatter, turn
+
 _POST_COLOUR = (214, 84, 60)
 _BOWL_COLOURS = ((86, 150, 200), (120, 176, 120))
 _CUP_COLOUR = (110, 190, 205)
@@ -63,9 +65,10 @@ class PropsView:
     def update(self, cup: HandState | None, beads: np.ndarray) -> None:
         """Put cup and beads ``(n, 3)`` in [m] where they are."""
         if self._cup is not None and cup is not None:
-            self._cup.position, self._cup.wxyz = cup.position, cup.wxyz
+            put(self._cup, cup.position)
+            turn(self._cup, cup.wxyz)
         if self._beads is not None:
-            self._beads.batched_positions = beads.astype(np.float32)
+            scatter(self._beads, beads)
 
 
 def _add(

@@ -13,6 +13,8 @@ from models.arrays import JointPositions
 from models.panda import FINGER_OPEN_M, JOINT_NAMES, LINK_NAMES
 from models.panda_pack import PandaPack
 
+from .nodes import turn
+
 GHOST_COLOUR = (46, 134, 171)
 GHOST_OPACITY = 0.35
 
@@ -32,7 +34,7 @@ class _Joint:
     """A node that a joint turns, and its rotation with the joint at zero (wxyz)."""
 
     handle: viser.SceneNodeHandle
-    rest: np.ndarray
+    rest: tuple[float, ...]
 
 
 @cache
@@ -124,15 +126,18 @@ def _add_links(
 ) -> list[_Joint]:
     """Add every link, parents first; give back the seven that a joint turns."""
     handles = {link.name: (add(f"{root}/{link.node}", link), link) for link in _links(pack)}
-    return [_Joint(handles[name][0], handles[name][1].rotation) for name in _MOVED_LINKS]
+    return [
+        _Joint(handles[name][0], tuple(handles[name][1].rotation.tolist())) for name in _MOVED_LINKS
+    ]
 
 
 def _turn(joints: list[_Joint], q: JointPositions) -> None:
     half = 0.5 * np.asarray(q)
-    for joint, c, s in zip(joints, np.cos(half), np.sin(half), strict=True):
+    cosines, sines = np.cos(half).tolist(), np.sin(half).tolist()
+    for joint, c, s in zip(joints, cosines, sines, strict=True):
         w, x, y, z = joint.rest
         # A joint's own axis is its z: the rest rotation times (c, 0, 0, s).
-        joint.handle.wxyz = np.array([w * c - z * s, x * c + y * s, y * c - x * s, z * c + w * s])
+        turn(joint.handle, (w * c - z * s, x * c + y * s, y * c - x * s, z * c + w * s))
 
 
 @cache

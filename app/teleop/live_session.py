@@ -17,7 +17,7 @@ from models.mapping import Mapping
 from models.panda import QD_MAX
 from models.simulation import Simulation
 from models.tasks import Task
-from models.tasks.attempt import Attempt, FreeDrive, hand_pose
+from models.tasks.attempt import Attempt, FreeDrive, Progress, hand_pose
 
 SHOW_S_PER_STEP = 0.1  # a move is shown at the speed at which it would be driven
 _SHOW_REST_S = 0.6  # the arm stands still before and after a shown move
@@ -56,6 +56,7 @@ class _Drive:
     mapping: Mapping
     log: DriveLog
     attempt: Attempt
+    progress: Progress
     elapsed_s: float = 0.0
     end: str | None = None
 
@@ -63,11 +64,10 @@ class _Drive:
         """What the task says of it, for the record."""
         if not self.attempt.has_goal:
             return None
-        progress = self.attempt.progress
         return {
-            "fraction": progress.fraction,
-            "counts": progress.counts,
-            "is_success": progress.is_success,
+            "fraction": self.progress.fraction,
+            "counts": self.progress.counts,
+            "is_success": self.progress.is_success,
             "elapsed_s": round(self.elapsed_s, 4),
         }
 
@@ -203,7 +203,8 @@ class LiveSession:
         self._is_preparing = False
         self._homing = False
         self.let_go()
-        self._drive = _Drive(strategy, mapping, log, attempt or FreeDrive(self._simulation))
+        attempt = attempt or FreeDrive(self._simulation)
+        self._drive = _Drive(strategy, mapping, log, attempt, attempt.progress)
 
     def stop_drive(self, why: str) -> None:
         """End the drive, if there is one."""
@@ -267,6 +268,7 @@ class LiveSession:
         drive.elapsed_s += dt_s
         self._hold = hold
         hand = self._simulation.hand
+        props = self._props()
         drive.log.add(
             np.concatenate(
                 [
@@ -282,10 +284,11 @@ class LiveSession:
                     [float(self._simulation.is_touching)],
                 ]
             ),
-            self._props(),
+            props,
         )
-        self._picture()
-        if drive.attempt.progress.is_done:
+        self._picture(props)
+        drive.progress = drive.attempt.progress
+        if drive.progress.is_done:
             self._end(drive, "done")
         elif self._is_late(drive):
             self._end(drive, "time limit")
@@ -330,13 +333,13 @@ class LiveSession:
         parts = [] if cup is None else [cup.position, cup.wxyz]
         return np.concatenate([*parts, self._simulation.bead_positions.ravel(), []])
 
-    def _picture(self) -> None:
+    def _picture(self, props: np.ndarray | None = None) -> None:
         """Tell the picture, if there is anything to see."""
         q = self._simulation.q
         if not np.abs(q - self._shown_q).max() < 1e-5:
             self._shown_q = q
             self.scene.show_arm(q, self._simulation.hand.position)
-        props = self._props()
+        props = self._props() if props is None else props
         if props.size and not np.abs(props - self._shown_props).max() < _SEEN_M:
             self._shown_props = props
             self.scene.show_props(self._simulation.cup, self._simulation.bead_positions)
@@ -368,7 +371,7 @@ class LiveSession:
     def _progress(self, drive: _Drive) -> ProgressOut | None:
         if not drive.attempt.has_goal:
             return None
-        progress = drive.attempt.progress
+        progress = drive.progress
         return ProgressOut(
             title=self.task.title,
             fraction=round(progress.fraction, 3),

@@ -16,6 +16,7 @@ from app.storage.tables import ParticipantRow
 from app.teleop.live_session import LiveSession
 from app.teleop.loop import ControlLoop
 from app.teleop.recorder import COLUMNS, DriveLog, Recorder, unpack
+from models.arm_kinematics import ArmKinematics
 from models.checkpoints import load_alignment
 from models.controller import LatentController
 from models.kinematics import Kinematics
@@ -45,6 +46,7 @@ class LiveSessions:
         self._pack = pack
         self._controllers = controllers
         self._kinematics = kinematics
+        self._arm = ArmKinematics(pack)
         self.loop = ControlLoop(settings.teleop_rate_hz)
         self.recorder = Recorder(database)
         self._opening = asyncio.Lock()
@@ -90,7 +92,7 @@ class LiveSessions:
         if opened.alignment_file is not None:
             stem = self._settings.data_dir / "alignments" / opened.alignment_file
             alignment = await asyncio.to_thread(
-                load_alignment, stem, session.task, self._kinematics, controller
+                load_alignment, stem, session.task, self._arm, controller
             )
         async with self._opening:
             if session.drive_id == opened.id:

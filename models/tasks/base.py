@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -104,13 +105,13 @@ class Task:
     def dof_change(self, before: HandPose, after: HandPose) -> DofChange:
         """How far the hand got, in one step, in the two degrees of freedom of where it began."""
         change = _change(before, after)
-        moves = [change @ np.linalg.pinv(motion.axes).T for motion in self.motions]
+        moves = [change @ to_dof.T for to_dof in self._to_dof]
         return self._by_motion(before, moves)
 
     def dof_jacobian(self, kinematics: Kinematics, q: JointPositions) -> np.ndarray:
         """How fast the hand gets along with each joint, ``(..., 2, 7)`` in [m/rad]."""
         jacobian = kinematics.jacobian(q)
-        rows = [np.linalg.pinv(motion.axes) @ jacobian for motion in self.motions]
+        rows = [to_dof @ jacobian for to_dof in self._to_dof]
         return rows[0] if len(rows) == 1 else self._by_motion(kinematics.hand_pose(q), rows)
 
     def off_task_change(self, before: HandPose, after: HandPose) -> PoseChange:
@@ -179,6 +180,11 @@ class Task:
         )
         points = np.stack([first.ravel(), second.ravel()], axis=-1)
         return joints_at(self.motions[0], kinematics, points)
+
+    @cached_property
+    def _to_dof(self) -> tuple[np.ndarray, ...]:
+        """For each motion, from a change of the hand's pose to its degrees of freedom, (2, 6)."""
+        return tuple(np.linalg.pinv(motion.axes) for motion in self.motions)
 
     def _by_motion(self, pose: HandPose, choices: list[np.ndarray]) -> np.ndarray:
         if len(choices) == 1:

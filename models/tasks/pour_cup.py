@@ -97,27 +97,31 @@ class Pouring:
     still_s: float = 0.0
     seen: tuple[int, ...] = ()  # beads in the cup, in each bowl, and spilt, when last looked
 
+    def __post_init__(self) -> None:
+        """Look for the first time."""
+        self.watch(0.0)
+
     def watch(self, dt_s: float) -> None:
-        """Note whether beads still come."""
+        """Count the beads, and note whether they still come."""
         in_bowls = (self.simulation.beads_in(name) for name in self.bowls)
-        now = self.simulation.beads_in_cup, *in_bowls, self.spilt
+        now = self.simulation.beads_in_cup, *in_bowls, self.simulation.beads_spilt
         self.still_s = self.still_s + dt_s if now == self.seen else 0.0
         self.seen = now
 
     @property
     def poured(self) -> int:
         """Beads in the right bowl."""
-        return self.simulation.beads_in(self.bowl)
+        return self.seen[1 + self.bowls.index(self.bowl)]
 
     @property
     def spilt(self) -> int:
         """Beads beside every bowl."""
-        return self.simulation.beads_spilt
+        return self.seen[-1]
 
     @property
     def is_empty(self) -> bool:
         """Whether hardly anything is left and nothing falls any more."""
-        return bool(self.seen) and self.seen[0] <= _EMPTY and self.still_s >= _STILL_S
+        return self.seen[0] <= _EMPTY and self.still_s >= _STILL_S
 
     @property
     def is_enough(self) -> bool:
