@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import gc
 import logging
 import uuid
 from collections.abc import AsyncGenerator
@@ -68,6 +69,9 @@ def create_app(settings: Settings) -> FastAPI:
         ]
         for task in running:
             task.add_done_callback(_report)
+        # What is there now stays: the collector need not go through it while arms move.
+        gc.collect()
+        gc.freeze()
         yield
         for task in running:
             task.cancel()

@@ -14,13 +14,15 @@ from .panda_pack import PandaPack
 from .props import Props
 from .world import compiled
 
+_FEW = 8  # states, for which one after the other is quicker
+
 
 class ArmKinematics(Kinematics):
     """Kinematics whose single states are quick. For one thread: it works in one place."""
 
-    def __init__(self, pack: PandaPack) -> None:
-        """Read the arm from its asset pack."""
-        super().__init__(Kinematics.from_urdf(pack.urdf)._chain)
+    def __init__(self, kinematics: Kinematics, pack: PandaPack) -> None:
+        """Of the same arm as ``kinematics``, which is still asked for many states."""
+        super().__init__(kinematics._chain)
         self._mj_model = compiled(pack, Props())
         self._mj_data = mujoco.MjData(self._mj_model)
         self._hand = self._mj_model.body(HAND_FRAME).id
@@ -28,7 +30,13 @@ class ArmKinematics(Kinematics):
     def hand_pose(self, q: JointPositions) -> HandPose:
         """The hand's pose at joint positions ``q`` in [rad]."""
         if q.ndim > 1:
-            return super().hand_pose(q)
+            if len(q) > _FEW or q.ndim > 2:
+                return super().hand_pose(q)
+            poses = [self.hand_pose(row) for row in q]
+            return HandPose(
+                np.array([pose.position for pose in poses]),
+                np.array([pose.rotation for pose in poses]),
+            )
         self._mj_data.qpos[:N_JOINTS] = q
         mujoco.mj_kinematics(self._mj_model, self._mj_data)
         position, rotation = self._mj_data.xpos[self._hand], self._mj_data.xmat[self._hand]
@@ -37,7 +45,9 @@ class ArmKinematics(Kinematics):
     def jacobian(self, q: JointPositions) -> HandJacobian:
         """The hand's velocity per joint velocity, in the world: linear rows above angular ones."""
         if q.ndim > 1:
-            return super().jacobian(q)
+            if len(q) > _FEW or q.ndim > 2:
+                return super().jacobian(q)
+            return np.array([self.jacobian(row) for row in q])
         self._mj_data.qpos[:N_JOINTS] = q
         mujoco.mj_kinematics(self._mj_model, self._mj_data)
         mujoco.mj_comPos(self._mj_model, self._mj_data)

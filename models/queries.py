@@ -31,6 +31,8 @@ class QueryPool:
         latents: z, ``(n, 2)``, uniform in the unit disc.
         next_states: s* after one step, ``(n, 7)`` in [rad].
         travel_m: How far that step takes the hand, ``(n,)``.
+        length_m: How long that step is in the task's degrees of freedom, in which a turn counts,
+            ``(n,)``.
         can_show: Whether a shown move through the state stays over the workspace, ``(n,)``.
     """
 
@@ -38,6 +40,7 @@ class QueryPool:
     latents: LatentAction
     next_states: JointPositions
     travel_m: Scalars
+    length_m: Scalars
     can_show: np.ndarray
 
     def __len__(self) -> int:
@@ -90,12 +93,14 @@ def sample_pool(
     latents = radius[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     next_states = controller.next_state(latents, states, DT_S)
     before, after = kinematics.hand_pose(states), kinematics.hand_pose(next_states)
-    half = SHOWN_STEPS / 2 * task.dof_change(before, after)
+    change = task.dof_change(before, after)
+    half = SHOWN_STEPS / 2 * change
     return QueryPool(
         states=states,
         latents=latents,
         next_states=next_states,
         travel_m=np.linalg.norm(after.position - before.position, axis=-1),
+        length_m=np.linalg.norm(change, axis=-1),
         can_show=task.stays_inside(before, half) & task.stays_inside(before, -half),
     )
 
@@ -108,25 +113,25 @@ def long_step(task: Task, kinematics: Kinematics, pool: QueryPool) -> float:
 
 
 def choose_queries(
-    pool: QueryPool, k: int, rng: np.random.Generator, min_travel_m: float
+    pool: QueryPool, k: int, rng: np.random.Generator, min_length_m: float
 ) -> list[int]:
     """Step 5: which samples to ask about, at random and none twice.
 
-    Only samples that can be shown inside the workspace and that move the hand by ``min_travel_m``
-    in one step: nobody can say what they would do for a move they cannot see.
+    Only samples that can be shown inside the workspace and whose step is ``min_length_m`` long or
+    longer: nobody can say what they would do for a move they cannot see.
 
     Raises:
         InputError: If the pool has fewer than ``k`` such samples.
     """
-    fit = showable(pool, min_travel_m)
+    fit = showable(pool, min_length_m)
     if not 0 < k <= len(fit):
         raise InputError(f"{k} questions were asked for; the pool has {len(fit)} that fit.")
     return [int(index) for index in rng.choice(fit, k, replace=False)]
 
 
-def showable(pool: QueryPool, min_travel_m: float) -> Indices:
-    """Samples that stay in the workspace when shown and move the hand by that much in one step."""
-    return np.flatnonzero(pool.can_show & (pool.travel_m >= min_travel_m))
+def showable(pool: QueryPool, min_length_m: float) -> Indices:
+    """Samples that stay in the workspace when shown and whose step is that long."""
+    return np.flatnonzero(pool.can_show & (pool.length_m >= min_length_m))
 
 
 def make_query(

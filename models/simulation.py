@@ -11,10 +11,11 @@ import mujoco
 import numpy as np
 
 from .arrays import JointPositions
+from .beads import BeadCounts, count_beads, in_frame, rotation_matrix
 from .errors import InputError
 from .panda import FINGER_OPEN_M, HAND_FRAME, N_JOINTS, Q_HOME, Q_MAX, Q_MIN
 from .panda_pack import PandaPack
-from .props import HANDLE_SIZE_M, TABLE_TOP_M, WALL_M, Place, Props
+from .props import HANDLE_SIZE_M, TABLE_TOP_M, WALL_M, Props
 from .world import GRIP, OBSTACLE, TIMESTEP_S, settled
 from .world import compiled as _compile
 
@@ -102,24 +103,21 @@ class Simulation:
         return beads
 
     @property
+    def bead_counts(self) -> BeadCounts:
+        """How many beads are where."""
+        cup = self.cup
+        at = (None, None) if cup is None else (cup.position, cup.wxyz)
+        return count_beads(self._props, self.bead_positions, *at)
+
+    @property
     def beads_in_cup(self) -> int:
         """How many beads are between the cup's floor and its rim."""
-        return int(self._are_in_cup().sum())
+        return self.bead_counts.in_cup
 
     @property
     def beads_spilt(self) -> int:
-        """How many beads came to be outside cup and bowls and below the rims of all bowls.
-
-        A bead still in the air over the rims is not spilt yet; with no bowl, only what has come
-        down to the table is.
-        """
-        beads = self.bead_positions
-        outside = ~self._are_in_cup()
-        for bowl in self._props.bowls:
-            outside &= ~_are_in(beads, bowl.position, bowl.radius_m, bowl.height_m)
-        radius_m = self._props.beads.radius_m if self._props.beads else 0.0
-        rim_m = min((bowl.height_m for bowl in self._props.bowls), default=3 * radius_m)
-        return int((outside & (beads[:, 2] < TABLE_TOP_M + rim_m)).sum())
+        """How many beads came to be outside cup and bowls and below the rims of all bowls."""
+        return self.bead_counts.spilt
 
     def beads_in(self, bowl_name: str) -> int:
         """How many beads are in that bowl.
@@ -127,11 +125,10 @@ class Simulation:
         Raises:
             InputError: If there is no such bowl.
         """
-        for bowl in self._props.bowls:
-            if bowl.name == bowl_name:
-                beads = self.bead_positions
-                return int(_are_in(beads, bowl.position, bowl.radius_m, bowl.height_m).sum())
-        raise InputError(f"There is no bowl '{bowl_name}' on the table.")
+        names = [bowl.name for bowl in self._props.bowls]
+        if bowl_name not in names:
+            raise InputError(f"There is no bowl '{bowl_name}' on the table.")
+        return self.bead_counts.in_bowls[names.index(bowl_name)]
 
     @property
     def is_holding(self) -> bool:
@@ -162,7 +159,8 @@ class Simulation:
             return False
         mujoco.mj_kinematics(self._mj_model, self._mj_data)
         cup, hand = self._props.cup, self.hand
-        x, y, z = self._in_cup_frame(hand.position)
+        at = self._mj_data.qpos
+        x, y, z = in_frame(hand.position, at[_CUP_POSITION], at[_CUP_WXYZ])
         beside_m = max(0.0, np.hypot(x, y) - cup.radius_m - WALL_M)
         over_m = max(0.0, -z, z - cup.height_m)
         if np.hypot(beside_m, over_m) > GRASP_REACH_M:
@@ -223,34 +221,7 @@ class Simulation:
             return
         places = settled(self._props.cup, self._props.beads)
         qpos, qvel = self._mj_data.qpos, self._mj_data.qvel
-        turned = _matrix(qpos[_CUP_WXYZ])
+        turned = rotation_matrix(qpos[_CUP_WXYZ])
         qpos[_BEAD_POSITIONS] = (qpos[_CUP_POSITION] + places @ turned.T).ravel()
         linear, spin = qvel[_CUP_VELOCITY][:3], qvel[_CUP_VELOCITY][3:]
         qvel[_BEAD_VELOCITIES] = (linear + np.cross(spin, places) @ turned.T).ravel()
-
-    def _are_in_cup(self) -> np.ndarray:
-        beads = self.bead_positions
-        if self._props.cup is None:
-            return np.zeros(len(beads), dtype=bool)
-        at = self._in_cup_frame(beads)
-        inside = _are_in(at, (0.0, 0.0), self._props.cup.radius_m, self._props.cup.height_m)
-        return inside & (at[:, 2] > 0.0)
-
-    def _in_cup_frame(self, points: np.ndarray) -> np.ndarray:
-        qpos = self._mj_data.qpos
-        places: np.ndarray = (points - qpos[_CUP_POSITION]) @ _matrix(qpos[_CUP_WXYZ])
-        return places
-
-
-def _are_in(points: np.ndarray, middle: Place, radius_m: float, height_m: float) -> np.ndarray:
-    """Which points ``(n, 3)`` are within an upright round thing and below its rim: ``(n,)``."""
-    aside = np.hypot(points[:, 0] - middle[0], points[:, 1] - middle[1])
-    inside: np.ndarray = (aside < radius_m + WALL_M) & (points[:, 2] < height_m)
-    return inside
-
-
-def _matrix(wxyz: np.ndarray) -> np.ndarray:
-    """The rotation matrix ``(3, 3)`` of a quaternion ``(4,)``."""
-    matrix = np.empty(9)
-    mujoco.mju_quat2Mat(matrix, wxyz)
-    return matrix.reshape(3, 3)

@@ -14,7 +14,10 @@ from pathlib import Path
 from typing import Any
 
 import httpx
+from sqlalchemy import select
+from sqlalchemy.orm import Session
 
+from app.storage.database import make_engine
 from models.panda_pack import default_folder
 
 START_LIMIT_S = 60.0
@@ -29,7 +32,7 @@ class RunningServer:
             "JOYMAP_PANDA_DIR": str(default_folder()),
             **{f"JOYMAP_{name.upper()}": str(value) for name, value in settings.items()},
         }
-        self.log_path = data_dir / "server.log"
+        self.data_dir, self.log_path = data_dir, data_dir / "server.log"
         data_dir.mkdir(parents=True, exist_ok=True)
         with self.log_path.open("ab") as log:
             begin = log.tell()
@@ -68,6 +71,25 @@ class RunningServer:
 
     def log(self) -> str:
         return self.log_path.read_text()
+
+    def rows(self, table: Any) -> list[Any]:
+        """What the database holds, read beside the server."""
+        engine = make_engine(self.data_dir / "joymap.db")
+        with Session(engine) as db:
+            found = list(db.scalars(select(table)))
+        engine.dispose()
+        return found
+
+    def participant_links(self, count: int) -> list[str]:
+        """The printed link, and as many more as it takes, made by the experimenter."""
+        links = [self.participant_link]
+        with httpx.Client(base_url=self.base_url, follow_redirects=True) as experimenter:
+            if count > 1:
+                experimenter.post(self.experimenter_link).raise_for_status()
+            while len(links) < count:
+                made = experimenter.post("/api/participants", json={"id": str(uuid.uuid4())})
+                links.append(made.json()["link"])
+        return links
 
     def kill(self) -> None:
         self.process.send_signal(signal.SIGKILL)

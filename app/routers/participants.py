@@ -1,6 +1,7 @@
 """A participant's steps over HTTP. Each request is one transaction, answered after its commit."""
 
 import time
+from dataclasses import asdict
 
 from fastapi import APIRouter, Depends, Response
 from fastapi.concurrency import run_in_threadpool
@@ -17,11 +18,14 @@ from app.schemas.participants import (
     QueryOut,
     SessionOut,
     StepDoneIn,
+    StickSettingsIn,
+    StickSettingsOut,
     StrategyOut,
     TrainingOut,
 )
 from app.services import accounts, flow, queries, training
 from app.services import drives as drive_service
+from app.services import stick as stick_service
 from app.storage.tables import ParticipantRow
 from models.tasks import get_task
 
@@ -76,6 +80,16 @@ async def give_answer(
     is_new = await run_in_threadpool(_record, here, participant.id, answer)
     response.status_code = 201 if is_new else 200
     here.supervisor.wake()
+    return await run_in_threadpool(_session, here, participant.id)
+
+
+@router.put("/stick")
+async def set_stick(
+    wanted: StickSettingsIn, participant: CurrentParticipant, here: Here
+) -> SessionOut:
+    """The person sets their stick; an arm that is live follows it from now on."""
+    await run_in_threadpool(_set_stick, here, participant.id, wanted)
+    await here.live.follow_settings(participant.id)
     return await run_in_threadpool(_session, here, participant.id)
 
 
@@ -138,6 +152,11 @@ def _has_said_enough(
     )
 
 
+def _set_stick(here: Service, participant_id: str, wanted: StickSettingsIn) -> None:
+    with here.database.write() as db:
+        stick_service.change(db, db.get_one(ParticipantRow, participant_id), wanted)
+
+
 def _retry(here: Service, participant_id: str) -> None:
     with here.database.write() as db:
         training.retry(db, db.get_one(ParticipantRow, participant_id))
@@ -176,6 +195,7 @@ def _session(here: Service, participant_id: str) -> SessionOut:
                 for choice in drive_service.STRATEGIES
             ],
             notice=queries.notice(questions) if participant.step == "queries" else None,
+            stick=StickSettingsOut(**asdict(stick_service.settings_of(participant))),
         )
 
 

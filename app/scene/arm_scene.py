@@ -21,6 +21,7 @@ _SKY = np.linspace((232, 237, 242), (196, 206, 216), 64)  # from top to bottom
 _LIGHT = 0.45  # of viser's environment light: a white arm must not burn out
 _CAMERA_FOV_RAD = 0.72
 _TRAIL_THICKNESS_M = 0.008
+_SEEN_WAY_M = 0.01  # no arrow shows a shorter way
 
 
 class ArmScene:
@@ -52,16 +53,20 @@ class ArmScene:
             colors=_REACH_COLOUR,
             thickness=0.004,
         )
-        self._height_m = task.height_m
         self._props = PropsView(scene, task.props)
         self._arm = RobotView(scene, pack)
         self._ghost = GhostView(scene, pack)
-        # A plumb line under the hand tells where over the table it is.
-        self._plumb = scene.add_cylinder(
-            "/plumb", radius=0.0025, height=task.height_m, color=_HAND_COLOUR, cast_shadow=False
-        )
         self._hand = scene.add_icosphere(
             "/hand", radius=0.014, color=_HAND_COLOUR, cast_shadow=False
+        )
+        # A plumb line under the hand tells where over the table it is.
+        scene.add_cylinder(
+            "/hand/plumb",
+            radius=0.0025,
+            height=task.height_m,
+            color=_HAND_COLOUR,
+            cast_shadow=False,
+            position=(0.0, 0.0, -task.height_m / 2),
         )
         self._foot = scene.add_cylinder(
             "/foot", radius=0.022, height=0.003, color=_HAND_COLOUR, cast_shadow=False
@@ -82,7 +87,6 @@ class ArmScene:
             self._arm.update(q)
             x, y, z = hand
             put(self._hand, (x, y, z))
-            put(self._plumb, (x, y, z - self._height_m / 2))
             put(self._foot, (x, y, 0.003))
         self._server.flush()
 
@@ -94,28 +98,34 @@ class ArmScene:
 
     def show_move(self, end: JointPositions, hand_path: np.ndarray) -> None:
         """Show where a move ends, and the way ``(m, 3)`` of the hand in [m]."""
-        scene = self._server.viser.scene
         with self._server.viser.atomic():
             self._ghost.show(end)
-            scene.add_spline_catmull_rom(
-                "/move/way",
-                points=hand_path.astype(np.float32),
-                color=GHOST_COLOUR,
-                thickness=_TRAIL_THICKNESS_M,
-                thickness_units="world",
-            )
-            # The same move on the table, where the arm cannot hide it.
-            on_table = hand_path[[0, -1]].astype(np.float32)
-            on_table[:, 2] = 0.006
-            scene.add_arrows(
-                "/move/on_table",
-                points=on_table[None],
-                colors=GHOST_COLOUR,
-                shaft_radius=0.008,
-                head_radius=0.022,
-                head_length=0.035,
-            )
+            if np.linalg.norm(hand_path[-1] - hand_path[0]) > _SEEN_WAY_M:
+                self._show_way(hand_path.astype(np.float32))
+            else:  # a turn on the spot: the ghost says it all
+                self._server.viser.scene.remove_by_name("/move")
         self._server.flush()
+
+    def _show_way(self, hand_path: np.ndarray) -> None:
+        scene = self._server.viser.scene
+        scene.add_spline_catmull_rom(
+            "/move/way",
+            points=hand_path,
+            color=GHOST_COLOUR,
+            thickness=_TRAIL_THICKNESS_M,
+            thickness_units="world",
+        )
+        # The same move on the table, where the arm cannot hide it.
+        on_table = hand_path[[0, -1]]
+        on_table[:, 2] = 0.006
+        scene.add_arrows(
+            "/move/on_table",
+            points=on_table[None],
+            colors=GHOST_COLOUR,
+            shaft_radius=0.008,
+            head_radius=0.022,
+            head_length=0.035,
+        )
 
     def hide_move(self) -> None:
         """Take the ghost and its way out of the picture."""

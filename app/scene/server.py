@@ -10,7 +10,7 @@ names of viser 1.1.1, which is pinned; docs/decisions/0003 says why.
 import asyncio
 import contextlib
 import io
-from collections.abc import MutableMapping
+from collections.abc import Callable, MutableMapping
 from typing import Any, Protocol
 
 import viser
@@ -32,13 +32,24 @@ class SceneSocket(Protocol):
         """Wait for the next ASGI message; "websocket.disconnect" when the page is gone."""
 
 
+class _SameThread:
+    """The event loop as its own thread sees it: nothing has to be woken through a socket."""
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        self.create_task = loop.create_task
+
+    def call_soon_threadsafe(self, callback: Callable[[], None]) -> None:
+        callback()
+
+
 class _PortlessServer(infra.WebsockServer):
     """viser's message buffer on the running event loop; no port, no thread."""
 
     def start(self) -> None:
         self._background_event_loop = asyncio.get_running_loop()
         self._broadcast_buffer = AsyncMessageBuffer(
-            self._background_event_loop, persistent_messages=True
+            _SameThread(self._background_event_loop),  # type: ignore[arg-type]
+            persistent_messages=True,
         )
 
     def stop(self) -> None:

@@ -93,6 +93,7 @@ class StatusOut(BaseModel):
     progress: ProgressOut | None
     stick: tuple[float, float]
     hand: tuple[float, float, float]
+    hand_wxyz: tuple[float, float, float, float]
     playback: PlaybackOut | None
 
 

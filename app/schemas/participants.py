@@ -3,10 +3,11 @@
 from typing import Annotated, Any, Literal
 from uuid import UUID
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, StrictBool
 
 Axis = Annotated[FiniteFloat, Field(ge=-1.0, le=1.0)]
 Stick = tuple[Axis, Axis]
+Gain = Annotated[FiniteFloat, Field(ge=1.0, le=4.0, strict=True)]
 StepName = Literal["consent", "practice", "queries", "training", "driving"]
 
 
@@ -45,6 +46,17 @@ class DriveIn(In):
     strategy: str = Field(max_length=40)
 
 
+class StickSettingsIn(In):
+    """How the person wants their stick set, all of it."""
+
+    id: UUID
+    invert_x: StrictBool
+    invert_y: StrictBool
+    gain: Gain
+    one_axis: StrictBool
+    steady: StrictBool
+
+
 class ConsentOut(BaseModel):
     """The text to agree to."""
 
@@ -76,6 +88,16 @@ class StrategyOut(BaseModel):
     note: str
 
 
+class StickSettingsOut(BaseModel):
+    """How the person's stick is set."""
+
+    invert_x: bool
+    invert_y: bool
+    gain: float
+    one_axis: bool
+    steady: bool
+
+
 class SessionOut(BaseModel):
     """Where the person is, and what their page needs for that step."""
 
@@ -88,6 +110,7 @@ class SessionOut(BaseModel):
     field_says: str
     strategies: list[StrategyOut]
     notice: str | None
+    stick: StickSettingsOut
 
 
 class TrainingOut(BaseModel):

@@ -65,10 +65,11 @@ class ParticipantRow(Row):
     step: Mapped[str]
     created_at: Mapped[datetime]
     opened_at: Mapped[datetime | None]
+    stick: Mapped[dict[str, Any] | None]  # how their stick is set; null: the defaults
 
 
 class EventRow(Row):
-    """A step a participant took, by the client's id: consent, practice done, driving begun."""
+    """What a participant did, by the client's id: a step taken, or ("stick") their stick set."""
 
     __tablename__ = "event"
 

@@ -4,6 +4,7 @@ Nothing here knows of sockets or clocks: messages come in as calls, time as an a
 are made on the event loop.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +14,8 @@ from app.scene.arm_scene import ArmScene
 from app.schemas.messages import PlaybackOut, ProgressOut, StatusOut
 from app.teleop.recorder import HOLDS, DriveLog
 from app.teleop.stick_filter import StickFilter
+from models.demonstrations import TwoDofMotion
+from models.kinematics import HandPose
 from models.mapping import Mapping
 from models.panda import QD_MAX
 from models.simulation import Simulation
@@ -218,6 +221,10 @@ class LiveSession:
         self.stop_drive(why)
         self.scene.close()
 
+    def be_steady(self, is_on: bool) -> None:
+        """Take tremor out of the stick from now on, or leave it in."""
+        self._filter.is_steady = is_on
+
     # Time.
 
     def tick(self, now_s: float, dt_s: float) -> None:
@@ -315,17 +322,17 @@ class LiveSession:
     def _leaves(self, a: np.ndarray, dt_s: float) -> bool:
         """Whether ``a`` takes the hand further out of where the task lets it go."""
         here = hand_pose(self._simulation.hand)
-        there = hand_pose(self._simulation.pose_at(self._simulation.q + a * dt_s))
         motion = self.task.motions[int(self.task.motion_at(here))]
-        at, then = motion.dof(here), motion.dof(there)
         low, high = motion.workspace
-        over = (at > high + _EDGE_MARGIN_M) & (then > at)
-        under = (at < low - _EDGE_MARGIN_M) & (then < at)
-        off, off_then = (
-            float(np.linalg.norm(pose.position - motion.pose_at(dof).position))
-            for pose, dof in ((here, at), (there, then))
-        )
-        return bool(over.any() or under.any() or (off > _OFF_MARGIN_M and off_then > off))
+        at, off_m = _place(motion, here)
+        over, under = at > high + _EDGE_MARGIN_M, at < low - _EDGE_MARGIN_M
+        is_off = off_m > _OFF_MARGIN_M
+        if not (is_off or over.any() or under.any()):
+            return False
+        there = hand_pose(self._simulation.pose_at(self._simulation.q + a * dt_s))
+        then, off_then_m = _place(motion, there)
+        farther = (over & (then > at)) | (under & (then < at))
+        return bool(farther.any() or (is_off and off_then_m > off_m))
 
     def _props(self) -> np.ndarray:
         """The cup's pose and the beads' positions, in one row."""
@@ -355,7 +362,7 @@ class LiveSession:
             mode = "showing"
             playback = PlaybackOut(query_id=self._show.query_id, fraction=self._show.at(now_s)[1])
         progress = None if self._drive is None else self._progress(self._drive)
-        x, y, z = (round(float(v), 4) for v in self._simulation.hand.position)
+        hand = self._simulation.hand
         return StatusOut(
             mode=mode,  # type: ignore[arg-type]
             has_stick=self.has_stick(tab),
@@ -363,7 +370,8 @@ class LiveSession:
             drive_id=None if self._drive is None else self._drive.log.drive_id,
             hold=None if self._drive is None else self._hold,  # type: ignore[arg-type]
             stick=(float(self._raw[0]), float(self._raw[1])),
-            hand=(x, y, z),
+            hand=tuple(round(v, 4) for v in hand.position.tolist()),
+            hand_wxyz=tuple(round(v, 4) for v in hand.wxyz.tolist()),
             playback=playback,
             progress=progress,
         )
@@ -383,3 +391,9 @@ class LiveSession:
             end=drive.end,  # type: ignore[arg-type]
             is_success=progress.is_success,
         )
+
+
+def _place(motion: TwoDofMotion, pose: HandPose) -> tuple[np.ndarray, float]:
+    """Where the hand is in a motion's degrees of freedom, and how far off its way, in [m]."""
+    at = motion.dof(pose)
+    return at, math.dist(pose.position, motion.pose_at(at).position)

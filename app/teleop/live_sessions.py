@@ -7,7 +7,7 @@ import time
 import numpy as np
 
 from app.scene.arm_scene import ArmScene
-from app.services import queries
+from app.services import queries, stick
 from app.services.drives import OpenedDrive
 from app.settings import Settings
 from app.storage import drives
@@ -46,10 +46,11 @@ class LiveSessions:
         self._pack = pack
         self._controllers = controllers
         self._kinematics = kinematics
-        self._arm = ArmKinematics(pack)
+        self._arm = ArmKinematics(kinematics, pack)
         self.loop = ControlLoop(settings.teleop_rate_hz)
         self.recorder = Recorder(database)
         self._opening = asyncio.Lock()
+        self._following = asyncio.Lock()
         self._unseen_since: dict[str, float] = {}
 
     async def session(self, participant: ParticipantRow) -> LiveSession:
@@ -71,11 +72,20 @@ class LiveSessions:
                     auto_grasp=self._settings.auto_grasp,
                 )
                 self.loop.sessions[participant.id] = session
+                await self.follow_settings(participant.id)
             return session
 
     def existing(self, participant_id: str) -> LiveSession | None:
         """The participant's live session, if there is one."""
         return self.loop.sessions.get(participant_id)
+
+    async def follow_settings(self, participant_id: str) -> None:
+        """Steady the stick as the participant has it set now, if they have a live session."""
+        # Read and set by turns: of two changes at once, the one committed last stays.
+        async with self._following:
+            session = self.existing(participant_id)
+            if session is not None:
+                session.be_steady(await asyncio.to_thread(self._is_steady, participant_id))
 
     async def show(self, session: LiveSession, query_id: str) -> None:
         """Play the move of one of the participant's questions."""
@@ -100,9 +110,8 @@ class LiveSessions:
             simulation = session.prepare()
             # Where an attempt begins is searched for; the other arms must not wait for that.
             chance = np.random.default_rng(list(opened.id.encode()))
-            attempt = await asyncio.to_thread(
-                session.task.begin, simulation, self._kinematics, chance
-            )
+            arm = ArmKinematics(self._kinematics, self._pack)
+            attempt = await asyncio.to_thread(session.task.begin, simulation, arm, chance)
             session.start_drive(
                 opened.strategy,
                 Mapping(controller, alignment),
@@ -143,6 +152,10 @@ class LiveSessions:
         with self._database.read() as db:
             query = queries.find(db, participant_id, query_id)
             return queries.as_path(query), np.asarray(query.hand_path, dtype=float)
+
+    def _is_steady(self, participant_id: str) -> bool:
+        with self._database.read() as db:
+            return stick.settings_of(db.get_one(ParticipantRow, participant_id)).steady
 
     def _last_pose(self, participant_id: str) -> np.ndarray | None:
         """Where the arm was when this participant last drove it, ``(7,)`` in [rad]."""

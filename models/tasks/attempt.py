@@ -3,9 +3,8 @@
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from ..arrays import JointPositions
+from ..beads import rotation_matrix
 from ..kinematics import HandPose
 from ..simulation import HandState, Simulation
 
@@ -82,12 +81,4 @@ class FreeDrive(Attempt):
 
 def hand_pose(hand: HandState) -> HandPose:
     """The hand's pose as tasks take it, from a quaternion (w, x, y, z)."""
-    w, x, y, z = hand.wxyz
-    rotation = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-    return HandPose(hand.position, rotation)
+    return HandPose(hand.position, rotation_matrix(hand.wxyz))

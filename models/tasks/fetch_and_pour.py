@@ -38,7 +38,7 @@ class Fetching(Attempt):
         """Begin with the cup on the table and the hand free."""
         super().__init__(simulation)
         self.stage: Stage = "reaching"
-        self._pouring = Pouring(simulation, _BOWL, (_BOWL,))
+        self._pouring = Pouring(simulation, bowl=0)
         down, lift = AVOID.motions[0], POUR_CUP.motions[0]
         self.over = np.array(_PLACE) - np.array(CUP.in_hand[:2])
         over = joints_at(down, kinematics, self.over[None])[0]

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..arrays import DofChange, JointPositions
+from ..beads import BeadCounts
 from ..demonstrations import joints_at
 from ..kinematics import HandPose, Kinematics
 from ..props import Beads, Bowl, Cup, Props
@@ -24,7 +25,7 @@ _BESIDE_M = -0.035
 # From the left: when it pours, the hand comes to the right of the cup and would hide it.
 LOOK_FROM, LOOK_AT = (0.12, 1.05, 0.85), (0.42, 0.0, 0.22)
 _ENOUGH = 0.7  # of a cup
-_BOWLS = ("far", "near")
+_FAR, _NEAR = 0, 1  # of the bowls
 _EMPTY = 2  # beads that may stay in a cup that counts as empty
 # No bead has come or gone anywhere for so long, which is longer than one falls: it is over.
 _STILL_S = 0.6
@@ -92,36 +93,34 @@ class Pouring:
     """Watches one cup being emptied: how much went where, and whether it is over."""
 
     simulation: Simulation
-    bowl: str
-    bowls: tuple[str, ...]
+    bowl: int
     still_s: float = 0.0
-    seen: tuple[int, ...] = ()  # beads in the cup, in each bowl, and spilt, when last looked
+    seen: BeadCounts = field(init=False)  # when last looked
 
     def __post_init__(self) -> None:
         """Look for the first time."""
-        self.watch(0.0)
+        self.seen = self.simulation.bead_counts
 
     def watch(self, dt_s: float) -> None:
         """Count the beads, and note whether they still come."""
-        in_bowls = (self.simulation.beads_in(name) for name in self.bowls)
-        now = self.simulation.beads_in_cup, *in_bowls, self.simulation.beads_spilt
+        now = self.simulation.bead_counts
         self.still_s = self.still_s + dt_s if now == self.seen else 0.0
         self.seen = now
 
     @property
     def poured(self) -> int:
         """Beads in the right bowl."""
-        return self.seen[1 + self.bowls.index(self.bowl)]
+        return self.seen.in_bowls[self.bowl]
 
     @property
     def spilt(self) -> int:
         """Beads beside every bowl."""
-        return self.seen[-1]
+        return self.seen.spilt
 
     @property
     def is_empty(self) -> bool:
         """Whether hardly anything is left and nothing falls any more."""
-        return self.seen[0] <= _EMPTY and self.still_s >= _STILL_S
+        return self.seen.in_cup <= _EMPTY and self.still_s >= _STILL_S
 
     @property
     def is_enough(self) -> bool:
@@ -135,7 +134,7 @@ class PouringTwice(Attempt):
     def __init__(self, simulation: Simulation) -> None:
         """Begin with a full cup in the hand."""
         super().__init__(simulation)
-        self._far = Pouring(simulation, "far", _BOWLS)
+        self._far = Pouring(simulation, _FAR)
         self._near: Pouring | None = None
         self._in_far = 0  # beads of the first cup, which are used again
         self._spilt = 0
@@ -149,7 +148,7 @@ class PouringTwice(Attempt):
         if self._far.is_empty and self._is_at_start():
             self._in_far, self._spilt = self._far.poured, self._far.spilt
             self.simulation.refill()
-            self._near = Pouring(self.simulation, "near", _BOWLS)
+            self._near = Pouring(self.simulation, _NEAR)
 
     @property
     def progress(self) -> Progress:

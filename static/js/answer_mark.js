@@ -1,5 +1,6 @@
 // answer_mark.js — where the person would put the stick: a mark that stays when they let go.
 import { CENTRE, DEAD_ZONE, deflection, limit } from './joystick.js'
+import { SteadyStick, onAxisOf } from './stick_settings.js'
 
 /** @typedef {import('./api.js').Stick} Stick */
 
@@ -44,6 +45,7 @@ export class SteadyDeflection {
 export class AnswerMark {
   constructor() {
     this.steady = new SteadyDeflection()
+    this.hand = new SteadyStick()
     this.set(null)
   }
 
@@ -78,8 +80,11 @@ export class AnswerMark {
     if (state.device === 'keys') {
       const way = (state.isGentle ? GENTLE_SPEED : SPEED) * dt_s
       const { x, y } = state.direction
-      if (x !== 0 || y !== 0) this.at = limit({ x: this.at.x + x * way, y: this.at.y + y * way })
+      const from = state.settings.one_axis ? onAxisOf(this.at, { x, y }) : this.at
+      if (x !== 0 || y !== 0) this.at = limit({ x: from.x + x * way, y: from.y + y * way })
     }
-    if (state.device === 'gamepad') this.at = this.steady.feed(state.pad, now_ms) ?? this.at
+    // A hand that shakes would hold its gamepad nowhere for long enough.
+    const pushed = this.hand.follow(state.pad, dt_s, state.settings.steady)
+    if (state.device === 'gamepad') this.at = this.steady.feed(pushed, now_ms) ?? this.at
   }
 }

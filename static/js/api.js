@@ -15,6 +15,7 @@ import { Backoff, pause } from './backoff.js'
  * @property {boolean} may_end_early fewer answers may do
  * @property {string} field_says what the picture of a learned field shows
  * @property {Strategy[]} strategies
+ * @property {import('./stick_settings.js').StickSettings} stick how the person has set it
  * @property {string | null} [notice] said when everything is answered but too little of it with the stick
  */
 
@@ -57,6 +58,11 @@ export class Api {
     return this.#ask('POST', path, body, signal)
   }
 
+  /** @param {string} path @param {object} body @param {AbortSignal} [signal] */
+  put(path, body, signal) {
+    return this.#ask('PUT', path, body, signal)
+  }
+
   /**
    * Post until the server has answered; the same body each time, so that it counts once.
    *
@@ -64,11 +70,20 @@ export class Api {
    * @param {object} body with an id of its own
    * @param {{signal?: AbortSignal, onTrouble?: (error: ApiError) => void}} [options]
    */
-  async postSurely(path, body, { signal, onTrouble } = {}) {
+  postSurely(path, body, options) {
+    return this.#surely('POST', path, body, options)
+  }
+
+  /** As postSurely. @param {string} path @param {object} body @param {{signal?: AbortSignal, onTrouble?: (error: ApiError) => void}} [options] */
+  putSurely(path, body, options) {
+    return this.#surely('PUT', path, body, options)
+  }
+
+  async #surely(method, path, body, { signal, onTrouble } = {}) {
     const backoff = new Backoff()
     for (;;) {
       try {
-        return await this.post(path, body, signal)
+        return await this.#ask(method, path, body, signal)
       } catch (error) {
         if (signal?.aborted || !(error instanceof ApiError) || !error.passes) throw error
         onTrouble?.(error)

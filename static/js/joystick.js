@@ -1,4 +1,5 @@
 // joystick.js — pointer, keys and gamepad to human input h in the unit disc. No page in here.
+import { NORMAL, adjust } from './stick_settings.js'
 
 /** @typedef {import('./api.js').Stick} Stick */
 /** @typedef {'pointer' | 'keys' | 'gamepad'} Device */
@@ -64,9 +65,11 @@ export function keyDirection(codes) {
   return r === 0 ? CENTRE : { x: x / r, y: y / r }
 }
 
-/** What the hands do on all devices; the device used last is the one that counts. */
+/** What the hands mean on all devices, by their settings; the device used last is the one that counts. */
 export class StickState {
   constructor() {
+    /** @type {import('./stick_settings.js').StickSettings} */
+    this.settings = NORMAL
     /** @type {Device | null} */
     this.device = null
     /** @type {Stick | null} */
@@ -74,43 +77,52 @@ export class StickState {
     this.held = new Set()
     this.isGentle = false
     this.pad = CENTRE
+    this.pushed = CENTRE // the gamepad's stick as it is
+    this.direction = CENTRE // where the keys point, without ramp
     this.ramped = CENTRE
+    this.keyed = CENTRE
     this.last_ms = null
   }
 
   /** @param {Stick | null} h null: let go. */
   movePointer(h) {
-    this.pointer = h
+    this.pointer = h && adjust(h, 'pointer', this.settings, this.pointer ?? CENTRE)
     if (h !== null) this.device = 'pointer'
   }
 
   press(code) {
     this.held.add(code)
     this.device = 'keys'
+    this.#point()
   }
 
   release(code) {
     this.held.delete(code)
+    this.#point()
+  }
+
+  releaseAll() {
+    this.held.clear()
+    this.#point()
   }
 
   /** @param {Stick} h A stick held still does not take over from another device. */
   moveGamepad(h) {
-    const isMoved = Math.hypot(h.x - this.pad.x, h.y - this.pad.y) > 0.03
+    const isMoved = Math.hypot(h.x - this.pushed.x, h.y - this.pushed.y) > 0.03
     if (isMoved && deflection(h) > 0) this.device = 'gamepad'
-    if (isMoved || this.device === 'gamepad' || deflection(h) === 0) this.pad = h
+    if (!isMoved && this.device !== 'gamepad' && deflection(h) > 0) return
+    this.pushed = h
+    this.pad = adjust(h, 'gamepad', this.settings, this.pad)
   }
 
   letGo() {
     this.pointer = null
-    this.held.clear()
+    this.releaseAll()
     this.isGentle = false
     this.ramped = CENTRE
+    this.keyed = CENTRE
     this.pad = CENTRE
-  }
-
-  /** @returns {Stick} where the keys point, without ramp. */
-  get direction() {
-    return keyDirection(this.held)
+    this.pushed = CENTRE
   }
 
   /** @param {number} now_ms @returns {Stick} */
@@ -118,14 +130,19 @@ export class StickState {
     const dt_ms = this.last_ms === null ? 0 : Math.max(0, now_ms - this.last_ms)
     this.last_ms = now_ms
     this.ramped = this.#ramp(dt_ms)
+    this.keyed = adjust(this.ramped, 'keys', this.settings, this.keyed)
     if (this.device === 'pointer') return this.pointer ?? CENTRE
     if (this.device === 'gamepad') return this.pad
-    return this.ramped
+    return this.keyed
+  }
+
+  #point() {
+    this.direction = adjust(keyDirection(this.held), 'keys', this.settings, this.direction)
   }
 
   /** Towards the keys' direction; letting go is at once, for it means stop. */
   #ramp(dt_ms) {
-    const { x, y } = this.direction
+    const { x, y } = keyDirection(this.held)
     if (x === 0 && y === 0) return CENTRE
     const reach = this.isGentle ? GENTLE : 1
     const dx = x * reach - this.ramped.x

@@ -5,9 +5,10 @@ import { STEERING_KEYS } from './joystick.js'
 const FIELDS = 'input, textarea, select, [contenteditable], [role=radiogroup], dialog'
 const PRESSABLE = 'button, a[href], summary'
 
-/** @param {KeyboardEvent} event */
-export function isTaken(event) {
+/** @param {KeyboardEvent} event @param {Element | null} [home] what may have keys of its own within such a place */
+export function isTaken(event, home = null) {
   if (event.ctrlKey || event.altKey || event.metaKey || event.isComposing) return true
+  if (home?.contains(/** @type {Node} */ (event.target))) return false
   return event.target instanceof Element && event.target.closest(FIELDS) !== null
 }
 
@@ -17,11 +18,13 @@ export class Keys {
    * @param {import('./joystick.js').StickState} state
    * @param {Record<string, () => void>} [shortcuts] by KeyboardEvent.code
    * @param {(code: string) => void} [onTap]
+   * @param {Element | null} [home] as in isTaken
    */
-  constructor(state, shortcuts = {}, onTap = () => {}) {
+  constructor(state, shortcuts = {}, onTap = () => {}, home = null) {
     this.state = state
     this.shortcuts = shortcuts
     this.onTap = onTap
+    this.home = home
     this.isOn = true
     this.listening = new AbortController()
     const { signal } = this.listening
@@ -35,8 +38,8 @@ export class Keys {
 
   #down(event) {
     this.state.isGentle = event.shiftKey
-    if (event.ctrlKey || event.altKey || event.metaKey) this.state.held.clear()
-    if (!this.isOn || isTaken(event)) return
+    if (event.ctrlKey || event.altKey || event.metaKey) this.state.releaseAll()
+    if (!this.isOn || isTaken(event, this.home)) return
     if (event.code in STEERING_KEYS) {
       event.preventDefault()
       if (event.repeat) return

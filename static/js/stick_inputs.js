@@ -3,6 +3,7 @@ import { readGamepads } from './gamepads.js'
 import { STEERING_KEYS, StickState } from './joystick.js'
 import { Keys } from './keys.js'
 import { StickPad } from './stick_pad.js'
+import { SteadyStick, adjust, areSame } from './stick_settings.js'
 
 const NO_BUTTONS = new Set()
 const POINTERS = { mouse: 'mouse', touch: 'finger', pen: 'pen' }
@@ -10,29 +11,34 @@ const POINTERS = { mouse: 'mouse', touch: 'finger', pen: 'pen' }
 export class StickInputs {
   /**
    * @param {object} options
+   * @param {import('./visit.js').Visit} options.visit knows how the person has set their stick
    * @param {string} options.label
    * @param {string} options.hint
    * @param {string} [options.says]
+   * @param {string} [options.name] of the pad; one of a dialog has the keys while it has the focus
    * @param {Record<string, () => void>} [options.shortcuts] keys, by KeyboardEvent.code
    * @param {Record<number, () => void>} [options.buttons] gamepad buttons, by number
    * @param {(direction: import('./api.js').Stick) => void} [options.onTap] a steering key went down
    * @param {(h: import('./api.js').Stick | null) => void} [options.onPointer]
    */
-  constructor({ label, hint, says, shortcuts = {}, buttons = {}, onTap = () => {}, onPointer = () => {} }) {
+  constructor({ visit, label, hint, says, name, shortcuts = {}, buttons = {}, onTap = () => {}, onPointer = () => {} }) {
     this.state = new StickState()
+    this.state.settings = visit.session.stick
+    this.steady = new SteadyStick()
     this.buttons = buttons
     this.pressed = NO_BUTTONS
     this.pointerKind = 'mouse'
     this.gamepadName = null
-    this.pad = new StickPad({ label, hint, says, onMove: (h, kind) => {
+    this.pad = new StickPad({ label, hint, name, says, onMove: (h, kind) => {
       this.state.movePointer(h)
       if (h !== null) this.pointerKind = kind
       onPointer(h)
     } })
     this.keys = new Keys(this.state, shortcuts, (code) => {
       const [x, y] = STEERING_KEYS[code]
-      onTap({ x, y })
-    })
+      onTap(adjust({ x, y }, 'keys', this.state.settings))
+    }, name ? this.pad.pad : null)
+    this.unwatch = visit.watch(({ stick }) => this.#set(stick))
     this.listening = new AbortController()
     const { signal } = this.listening
     addEventListener('blur', () => this.letGo(), { signal })
@@ -56,6 +62,11 @@ export class StickInputs {
     return this.state.read(now_ms)
   }
 
+  /** @param {number} now_ms @param {number} dt_s @returns {import('./api.js').Stick} as the arm follows it; for showing. */
+  readSteady(now_ms, dt_s) {
+    return this.steady.follow(this.read(now_ms), dt_s, this.state.settings.steady)
+  }
+
   /** @returns {string | null} the device in words; null while nothing was touched. */
   get deviceName() {
     if (this.state.device === 'pointer') return POINTERS[this.pointerKind] ?? 'pointer'
@@ -70,8 +81,16 @@ export class StickInputs {
 
   close() {
     this.listening.abort()
+    this.unwatch()
     this.keys.close()
     this.pad.close()
+  }
+
+  /** Whatever is pushed is let go: a stick that turns or grows under a hand would move the arm. */
+  #set(settings) {
+    if (areSame(settings, this.state.settings)) return
+    this.letGo()
+    this.state.settings = settings
   }
 
   #readGamepads() {

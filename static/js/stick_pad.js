@@ -10,10 +10,10 @@ const REST_MS = 500
 
 export class StickPad {
   /**
-   * @param {{label: string, hint: string, says?: string, onMove: (h: Stick | null, kind: string) => void}} options
-   *   `says` goes before the spoken words of where the stick is; without it there are none.
+   * @param {{label: string, hint: string, name?: string, says?: string, onMove: (h: Stick | null, kind: string) => void}} options
+   *   `name` tells two pads in one page apart; `says` goes before the spoken words of where the stick is; without it there are none.
    */
-  constructor({ label, hint, says, onMove }) {
+  constructor({ label, hint, name = 'stick', says, onMove }) {
     this.onMove = onMove
     this.says = says ?? null
     this.pointerId = null
@@ -25,9 +25,9 @@ export class StickPad {
       svg('circle', { class: 'pad-knob', r: 0.2 }),
       svg('circle', { class: 'pad-knob-rim', r: 0.15 }),
       svg('path', { class: 'pad-tick', d: 'M-0.08 0.01-0.02 0.07 0.09-0.06' }))
-    const hintId = 'stick-hint'
+    const hintId = `${name}-hint`
     this.pad = html('div', {
-      class: 'pad', 'data-testid': 'stick', 'data-state': 'empty', role: 'application', tabindex: 0,
+      class: 'pad', 'data-testid': name, 'data-state': 'empty', role: 'application', tabindex: 0,
       'aria-roledescription': 'joystick', 'aria-label': label, 'aria-describedby': hintId,
       onpointerdown: (event) => this.#begin(event),
       onpointermove: (event) => this.#follow(event),

@@ -8,10 +8,8 @@ import json
 import os
 import tempfile
 import time
-import uuid
 from pathlib import Path
 
-import httpx
 import numpy as np
 import torch
 from rich.console import Console
@@ -36,7 +34,7 @@ def main() -> None:
     for column in ("what", "median", "worst", "aim"):
         table.add_column(column, justify="left" if column == "what" else "right")
     with tempfile.TemporaryDirectory() as folder, running_server(Path(folder)) as server:
-        waits, driver = model_waits(server.participant_link, server.experimenter_link)
+        waits, driver = model_waits(server.participant_links(PARTICIPANTS))
         table.add_row(
             "last answer → models that can drive",
             f"{np.median(waits):.2f} s",
@@ -58,19 +56,12 @@ def main() -> None:
     console.print(f"{os.cpu_count()} cores; load average {load}")
 
 
-def model_waits(first_link: str, experimenter_link: str) -> tuple[list[float], Participant]:
+def model_waits(links: list[str]) -> tuple[list[float], Participant]:
     """How long from sending the last answer until the training says that it is done, in [s]."""
-    experimenter = httpx.Client(
-        base_url=first_link.split("/p/", maxsplit=1)[0], follow_redirects=True
-    )
-    experimenter.post(experimenter_link).raise_for_status()
     waits = []
-    participant = Participant(first_link)
     time.sleep(WORKERS_START_S)
-    for number in track(range(PARTICIPANTS), description="participants"):
-        if number:
-            made = experimenter.post("/api/participants", json={"id": str(uuid.uuid4())})
-            participant = Participant(made.json()["link"])
+    for link in track(links, description="participants"):
+        participant = Participant(link)
         queries = participant.begin()["queries"]
         for index, query in enumerate(queries):
             began_s = time.monotonic()

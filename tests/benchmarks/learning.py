@@ -63,7 +63,7 @@ def _lab(name: str) -> _Lab:
     kinematics = Kinematics.from_urdf(open_pack(default_folder()).urdf)
     rng = np.random.default_rng(1)
     pool = sample_pool(task, controller, kinematics, PAPER_UNLABELLED[name], rng)
-    chosen = choose_queries(pool, PAPER_LABELS[name], rng, min_travel_m=0.005)
+    chosen = choose_queries(pool, PAPER_LABELS[name], rng, min_length_m=0.005)
     kappa = sensitivity(task, kinematics, pool)
     person = SimulatedHuman(task, rotated(40.0), kappa, noise_cv=0.1)
     s, next_s = pool.states[chosen], pool.next_states[chosen]

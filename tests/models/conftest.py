@@ -70,7 +70,7 @@ def answers(
 ) -> Labels:
     """Ask a simulated person about ``k`` moves."""
     rng = np.random.default_rng(2)
-    chosen = choose_queries(pool, k, rng, min_travel_m=0.007)
+    chosen = choose_queries(pool, k, rng, min_length_m=0.007)
     queries = [make_query(controller, pool.states[i], pool.latents[i], 10) for i in chosen]
     states = np.stack([query.s for query in queries])
     next_states = np.stack([query.next_s for query in queries])

@@ -8,8 +8,8 @@ from models.panda_pack import PandaPack
 
 
 @pytest.fixture(scope="module")
-def quick(pack: PandaPack) -> ArmKinematics:
-    return ArmKinematics(pack)
+def quick(pack: PandaPack, kinematics: Kinematics) -> ArmKinematics:
+    return ArmKinematics(kinematics, pack)
 
 
 def test_one_state_is_where_it_is_among_many(quick: ArmKinematics, kinematics: Kinematics) -> None:
@@ -20,6 +20,10 @@ def test_one_state_is_where_it_is_among_many(quick: ArmKinematics, kinematics: K
         assert np.allclose(one.position, pose.position[index], atol=1e-6)
         assert np.allclose(one.rotation, pose.rotation[index], atol=1e-6)
         assert np.allclose(quick.jacobian(q), jacobian[index], atol=1e-6)
+    few = quick.hand_pose(states[:5])
+    assert np.allclose(few.position, pose.position[:5], atol=1e-6)
+    assert np.allclose(few.rotation, pose.rotation[:5], atol=1e-6)
+    assert np.allclose(quick.jacobian(states[:5]), jacobian[:5], atol=1e-6)
 
 
 def test_many_states_are_as_ever(quick: ArmKinematics, kinematics: Kinematics) -> None:

@@ -3,8 +3,10 @@ import pytest
 from jaxtyping import TypeCheckError
 from numpy.testing import assert_allclose, assert_array_equal
 
+from models.checkpoints import load_controller
 from models.errors import InputError, ShapeError
 from models.queries import SHOWN_STEPS, choose_queries, make_query, sample_pool
+from models.tasks import get_task
 
 SMALLEST_M = 0.007
 
@@ -34,8 +36,18 @@ def test_an_empty_pool_is_refused(plane, controller, kinematics, rng):
 
 
 def test_no_question_is_asked_twice_and_every_move_can_be_seen(pool, rng):
-    fit = np.flatnonzero(pool.can_show & (pool.travel_m >= SMALLEST_M))
+    fit = np.flatnonzero(pool.can_show & (pool.length_m >= SMALLEST_M))
     assert sorted(choose_queries(pool, len(fit), rng, SMALLEST_M)) == fit.tolist()
+
+
+def test_people_are_asked_about_turns_on_the_spot_too(kinematics, rng):
+    task = get_task("pour-cup")
+    pool = sample_pool(task, load_controller("pour-cup"), kinematics, 300, rng)
+    asked = choose_queries(pool, 100, rng, 0.012)
+    before, after = (kinematics.hand_pose(q[asked]) for q in (pool.states, pool.next_states))
+    reach, tilt = np.abs(task.dof_change(before, after)).T
+    assert np.sum(tilt > 2 * reach) > 20
+    assert np.sum(reach > 2 * tilt) > 20
 
 
 def test_questions_are_drawn_at_random_from_all_that_fit(pool):
@@ -44,7 +56,7 @@ def test_questions_are_drawn_at_random_from_all_that_fit(pool):
         for seed in range(200)
         for index in choose_queries(pool, 5, np.random.default_rng(seed), SMALLEST_M)
     }
-    fit = np.flatnonzero(pool.can_show & (pool.travel_m >= SMALLEST_M))
+    fit = np.flatnonzero(pool.can_show & (pool.length_m >= SMALLEST_M))
     assert len(asked) > 0.95 * len(fit)
     assert asked <= set(fit.tolist())
 

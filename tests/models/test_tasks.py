@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from models.beads import BeadCounts
 from models.demonstrations import DT_S
 from models.errors import UnknownTaskError
 from models.kinematics import HandPose
@@ -85,14 +86,11 @@ def test_a_task_that_does_not_exist_is_named_with_those_that_do():
 class Scripted(Simulation):
     """What an attempt sees of a simulation, said beforehand."""
 
-    beads_in_cup, beads_spilt, poured, is_touching = 20, 0, 0, False
+    bead_counts, is_touching = BeadCounts(20, (0, 0), 0), False
     hand = HandState(np.array([0.61, 0.0, 0.12]), np.array([0.0, 1.0, 0.0, 0.0]))
 
     def __init__(self):
         pass
-
-    def beads_in(self, _name):
-        return self.poured
 
     def go_to(self, angle_deg):
         angle = np.radians(angle_deg)
@@ -102,9 +100,9 @@ class Scripted(Simulation):
 
 def test_a_bead_that_lies_where_nothing_counts_it_does_not_keep_the_pouring_going():
     seen = Scripted()
-    pouring = Pouring(seen, "far", ("far",))
+    pouring = Pouring(seen, bowl=0)
     pouring.watch(1.0)
-    seen.beads_in_cup, seen.poured = 0, 18
+    seen.bead_counts = BeadCounts(0, (18, 0), 0)
     were_empty = []
     for _ in range(4):
         pouring.watch(0.25)

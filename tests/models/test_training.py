@@ -120,7 +120,7 @@ def test_the_fast_training_does_as_well_on_the_exact_loss_as_the_slow_one(
         pool,
         **{
             name: getattr(pool, name)[:60]
-            for name in ("states", "latents", "next_states", "travel_m", "can_show")
+            for name in ("states", "latents", "next_states", "travel_m", "length_m", "can_show")
         },
     )
     strategy = get_strategy("all-priors")

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from models.beads import in_frame
 from models.checkpoints import load_controller
 from models.mapping import Mapping
 from models.panda import Q_MAX, Q_MIN, QD_MAX
@@ -143,7 +144,8 @@ class Watch:
             for bowl in self._props.bowls
         ]
         if self._props.cup is not None:
-            in_cup = self._simulation._in_cup_frame(beads)
+            cup = self._simulation.cup
+            in_cup = in_frame(beads, cup.position, cup.wxyz)
             frames.append((in_cup, self._props.cup.radius_m, self._props.cup.height_m))
         return frames
 

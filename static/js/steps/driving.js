@@ -3,6 +3,7 @@ import { AttemptPanel } from '../attempt_panel.js'
 import { DriveLink } from '../drive_link.js'
 import { ICONS, html, icon } from '../element.js'
 import { LearnedDialog } from '../learned_dialog.js'
+import { StickDialog } from '../stick_dialog.js'
 import { StickInputs, eachFrame } from '../stick_inputs.js'
 import { StrategyChoice } from '../strategy_choice.js'
 
@@ -33,6 +34,7 @@ class DrivingStep {
     this.readAt_ms = 0
     const shortcuts = Object.fromEntries(strategies.map(({ name }, index) => [`Digit${index + 1}`, () => this.choose(name)]))
     this.inputs = new StickInputs({
+      visit,
       label: 'Joystick',
       hint: 'Hold the arrow keys or W, A, S, D to move the arm; let go and it holds. Two keys make a diagonal; Shift is gentle.',
       shortcuts: { ...shortcuts, KeyH: () => this.home(), Space: () => this.grasp() },
@@ -40,16 +42,18 @@ class DrivingStep {
     })
     this.attempt = new AttemptPanel({ onGrasp: () => this.grasp(), onGiveUp: () => this.live.send({ type: 'give-up' }), onAgain: () => this.choose(this.strategy) })
     this.choice = new StrategyChoice(strategies, (name) => this.choose(name))
-    this.learned = new LearnedDialog(visit, (isOpen) => {
+    const onDialog = (isOpen) => {
       this.follow()
       if (!isOpen) this.inputs.pad.focus()
-    })
+    }
+    this.learned = new LearnedDialog(visit, onDialog)
+    this.stick = new StickDialog(visit, onDialog)
     this.link = new DriveLink(visit, live, () => this.inputs.read(performance.now()))
     this.#build(root, scene)
     this.listening = new AbortController()
     live.addEventListener('status', () => this.follow(), { signal: this.listening.signal })
     live.addEventListener('closed', () => this.follow(), { signal: this.listening.signal })
-    this.stopDrawing = eachFrame((now_ms) => this.inputs.pad.draw(this.inputs.read(now_ms)))
+    this.stopDrawing = eachFrame((now_ms, dt_s) => this.inputs.pad.draw(this.inputs.readSteady(now_ms, dt_s)))
     this.link.strategy = this.strategy
     this.choice.draw(this.strategy)
     this.follow()
@@ -86,7 +90,7 @@ class DrivingStep {
     } else if (status !== null) {
       this.banners.clear('stick')
     }
-    const isOn = !isElsewhere && !this.learned.isOpen
+    const isOn = !isElsewhere && !this.learned.isOpen && !this.stick.isOpen
     if (this.inputs.isOn !== isOn) this.inputs.enabled = isOn
     if (status?.strategy && !this.link.isOpening && status.strategy !== this.strategy) {
       this.strategy = status.strategy
@@ -114,6 +118,7 @@ class DrivingStep {
     this.link.close()
     this.inputs.close()
     this.learned.close()
+    this.stick.close()
     this.banners.clear('stick')
   }
 
@@ -146,7 +151,7 @@ class DrivingStep {
     root.append(html('div', { class: 'driving' },
       html('h1', { tabindex: -1 }, 'Drive the arm'),
       this.choice.element, this.attempt.element, this.inputs.pad.element, this.hold,
-      html('div', { class: 'driving-end' }, this.homeButton, this.attempt.giveUp, learned)),
-    this.learned.element)
+      html('div', { class: 'driving-end' }, this.homeButton, this.attempt.giveUp, learned, this.stick.button)),
+    this.learned.element, this.stick.element)
   }
 }

@@ -2,6 +2,7 @@
 import { html, svg } from '../element.js'
 import { newId } from '../ids.js'
 import { PracticeGame, REACH } from '../practice_game.js'
+import { StickDialog } from '../stick_dialog.js'
 import { StickInputs, eachFrame } from '../stick_inputs.js'
 import { counted } from '../words.js'
 
@@ -12,6 +13,7 @@ export function mountPractice(root, { visit }) {
   const stop = new AbortController()
   const began_ms = performance.now()
   const inputs = new StickInputs({
+    visit,
     label: 'Joystick',
     hint: 'Push with the arrow keys or W, A, S, D. Two keys make a diagonal; hold Shift to push gently.',
   })
@@ -25,14 +27,16 @@ export function mountPractice(root, { visit }) {
   const state = html('p', { class: 'quiet small', role: 'status' })
   const ready = html('button', { class: 'button primary', type: 'button', 'data-testid': 'ready', onclick: finish }, 'I’m ready')
   const field = new Field()
+  const stick = new StickDialog(visit, (isOpen) => (inputs.enabled = !isOpen))
 
   root.append(html('div', { class: 'practice' },
     html('div', { class: 'practice-head' },
       html('h1', { tabindex: -1 }, 'Get to know the stick'),
       html('p', { class: 'quiet practice-lead' }, 'Bring the dot into the circle. Use a mouse, a finger, the arrow keys or a gamepad.')),
     html('div', { class: 'practice-game' }, instruction, field.element, html('div', { class: 'practice-notes' }, count, help)),
-    html('div', { class: 'practice-side' }, inputs.pad.element, device,
-      html('div', { class: 'practice-end' }, html('div', { class: 'practice-time' }, time, timeWords), ready, state))))
+    html('div', { class: 'practice-side' }, inputs.pad.element, html('div', { class: 'practice-device' }, device, stick.button),
+      html('div', { class: 'practice-end' }, html('div', { class: 'practice-time' }, time, timeWords), ready, state))),
+  stick.element)
 
   function say() {
     instruction.textContent = game.target.says
@@ -40,7 +44,7 @@ export function mountPractice(root, { visit }) {
   }
 
   function draw(now_ms, dt_s) {
-    const h = inputs.read(now_ms)
+    const h = inputs.readSteady(now_ms, dt_s)
     inputs.pad.draw(h)
     if (game.follow(h, dt_s)) say()
     field.draw(h, game)
@@ -73,6 +77,7 @@ export function mountPractice(root, { visit }) {
     stop.abort()
     stopDrawing()
     inputs.close()
+    stick.close()
   }
 }
 

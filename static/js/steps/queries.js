@@ -29,6 +29,7 @@ class QueriesStep {
       this.inputs.pad.focus()
     })
     this.inputs = new StickInputs({
+      visit,
       label: 'Joystick: your answer',
       hint: 'Hold the arrow keys or W, A, S, D to move your answer; it stays where you leave it. Shift moves it slowly.',
       says: 'Your answer:',

@@ -45,6 +45,14 @@ class Page:
             headers={"Content-Type": "application/json"},
         )
 
+    def set_stick(self, **body: Any) -> Any:
+        wanted = {"invert_x": False, "invert_y": False, "gain": 1, "one_axis": False}
+        return self.client.put(
+            f"/p/{self.token}/api/stick",
+            content=json.dumps({"id": str(uuid.uuid4()), "steady": False} | wanted | body),
+            headers={"Content-Type": "application/json"},
+        )
+
     def begin(self) -> list[str]:
         self.post("consent", version=flow.CONSENT.version)
         return [query["id"] for query in self.post("practice").json()["queries"]]
@@ -184,6 +192,7 @@ def test_an_answer_to_no_query_at_all_is_refused(page: Page) -> None:
         ("POST", "driving"),
         ("POST", "drives"),
         ("POST", "training/retry"),
+        ("PUT", "stick"),
     ],
 )
 def test_an_unknown_link_opens_nothing(client: TestClient, method: str, path: str) -> None:
@@ -286,3 +295,73 @@ def test_only_the_hash_of_a_link_is_kept(page: Page) -> None:
     with page.client.app.state.service.database.read() as db:
         row = db.get_one(ParticipantRow, page.id)
         assert page.token not in str(vars(row))
+
+
+NORMAL = {"invert_x": False, "invert_y": False, "gain": 1.0, "one_axis": False, "steady": False}
+
+
+def test_the_stick_stays_as_it_was_set_wherever_the_link_is_opened(page: Page) -> None:
+    assert page.get("session").json()["stick"] == NORMAL
+    page.begin()
+    change = {"id": str(uuid.uuid4()), "invert_x": True, "gain": 2.5}
+    for _ in range(2):
+        response = page.set_stick(**change)
+        assert response.status_code == 200
+        assert response.json()["step"] == "queries"
+        assert response.json()["stick"] == NORMAL | {"invert_x": True, "gain": 2.5}
+    assert page.get("session").json()["stick"] == NORMAL | {"invert_x": True, "gain": 2.5}
+    assert len([event for event in page.rows(EventRow) if event.kind == "stick"]) == 1
+    assert Page(page.client).get("session").json()["stick"] == NORMAL
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"gain": 0.99},
+        {"gain": 4.01},
+        {"gain": float("nan")},
+        {"gain": 1e999},
+        {"gain": "2"},
+        {"gain": True},
+        {"gain": None},
+        {"invert_x": 1},
+        {"steady": "yes"},
+        {"one_axis": None},
+        {"id": "7"},
+        {"turbo": True},
+    ],
+)
+def test_a_stick_set_to_what_it_cannot_be_stays_as_it_was(page: Page, change: Any) -> None:
+    page.begin()
+    assert page.set_stick(one_axis=True).status_code == 200
+    response = page.set_stick(**change)
+    assert response.status_code == 422
+    assert sentence(response).startswith(next(iter(change)))
+    assert page.get("session").json()["stick"] == NORMAL | {"one_axis": True}
+
+
+def test_the_stick_is_not_set_before_the_person_agreed(page: Page) -> None:
+    response = page.set_stick(steady=True)
+    assert response.status_code == 409
+    assert "first agree to take part" in sentence(response)
+    assert page.get("session").json()["stick"] == NORMAL
+
+
+def test_a_live_arm_is_steadied_at_once_and_when_it_comes_back(page: Page) -> None:
+    service = page.client.app.state.service
+    page.begin()
+
+    def come() -> Any:
+        with page.client.websocket_connect(f"/p/{page.token}/live?tab=a") as socket:
+            socket.receive_json()
+            return service.live.existing(page.id)
+
+    session = come()
+    assert not session._filter.is_steady
+    assert page.set_stick(steady=True).status_code == 200
+    assert session._filter.is_steady
+    session.close("left")
+    del service.live.loop.sessions[page.id]
+    assert come()._filter.is_steady
+    assert page.set_stick().status_code == 200
+    assert not come()._filter.is_steady
