@@ -42,7 +42,7 @@ from models.training import (
 )
 
 _REPORT_EVERY_S = 0.1
-_NICENESS = 10  # the control loop goes first
+NICENESS = 10  # the control loop goes first
 _DIGITS = 5
 _FIELD_POINTS = (5, 7)
 
@@ -50,7 +50,7 @@ _FIELD_POINTS = (5, 7)
 def prepare(pack_dir: str, task: str) -> None:
     """Make a fresh process ready, so that the first training need not wait for it."""
     threading.Thread(target=_die_with_parent, daemon=True).start()
-    os.nice(_NICENESS)
+    os.nice(NICENESS)
     torch.set_num_threads(1)
     _tools(task, pack_dir)
 

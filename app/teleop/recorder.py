@@ -1,7 +1,7 @@
 """Every tick of a drive, on its way to the database while the drive runs.
 
 Ticks are gathered for half a second, compressed, and written by one task in the background, in
-order; only the last half second is ever in memory alone.
+order, all drives together; little more than the last half second is ever in memory alone.
 """
 
 import asyncio
@@ -16,6 +16,7 @@ from app.services import drives
 from app.storage.database import Database
 
 _LOG = logging.getLogger(__name__)
+_GATHER_S = 0.1  # what comes in this time is written in one transaction
 
 COLUMNS = (
     "monotonic_s",  # the server's clock
@@ -61,48 +62,72 @@ class Recorder:
     def __init__(self, database: Database) -> None:
         """Begin with nothing to write."""
         self._database = database
-        self._queue: asyncio.Queue[_Chunk | _End] = asyncio.Queue()
+        self._waiting: list[_Chunk | _End] = []
+        self._is_waiting = asyncio.Event()
 
     def keep(
         self, drive_id: str, first_tick: int, rows: list[np.ndarray], props: list[np.ndarray]
     ) -> None:
         """Queue a chunk of ticks for writing, with where the props were at each."""
-        self._queue.put_nowait(_Chunk(drive_id, first_tick, np.array(rows), np.array(props)))
+        self._add(_Chunk(drive_id, first_tick, np.array(rows), np.array(props)))
 
     def end(self, drive_id: str, why: str, outcome: dict[str, Any] | None) -> None:
         """Queue the end of a drive, after its chunks."""
-        self._queue.put_nowait(_End(drive_id, why, outcome))
+        self._add(_End(drive_id, why, outcome))
+
+    def _add(self, item: _Chunk | _End) -> None:
+        self._waiting.append(item)
+        self._is_waiting.set()
 
     async def run(self) -> None:
         """Write what comes until cancelled; what is queued then is still written."""
         try:
             while True:
-                await self._write(await self._queue.get())
+                await self._is_waiting.wait()
+                await asyncio.sleep(_GATHER_S)  # other drives' chunks go with it
+                await self._write_waiting()
         finally:
-            while not self._queue.empty():
-                await self._write(self._queue.get_nowait())
+            await self._write_waiting()
 
-    async def _write(self, item: _Chunk | _End) -> None:
+    async def _write_waiting(self) -> None:
+        items, self._waiting = self._waiting, []
+        self._is_waiting.clear()
+        if items and not await self._write(items):
+            # Together they could not be written: only those that cannot be alone are lost.
+            for item in items:
+                await self._write([item])
+
+    async def _write(self, items: list[_Chunk | _End]) -> bool:
+        """Write them in one transaction; whether that was possible."""
         try:
-            await asyncio.shield(asyncio.to_thread(self._store, item))
+            await asyncio.shield(asyncio.to_thread(self._store, items))
         except Exception:
             # Nothing may stop the recording of what comes after, but it must be seen.
-            _LOG.exception("samples of drive %s could not be stored", item.drive_id)
+            names = ", ".join(sorted({item.drive_id for item in items}))
+            _LOG.exception("samples of drive %s could not be stored", names)
+            return False
+        return True
 
-    def _store(self, item: _Chunk | _End) -> None:
+    def _store(self, items: list[_Chunk | _End]) -> None:
+        packed = [
+            None
+            if isinstance(item, _End)
+            else (pack(item.rows), pack_props(item.props) if item.props.size else None)
+            for item in items
+        ]
         with self._database.write() as db:
-            if isinstance(item, _End):
-                drives.end(db, item.drive_id, item.why, item.outcome)
-                return
-            drives.keep_samples(
-                db,
-                item.drive_id,
-                item.first_tick,
-                len(item.rows),
-                float(item.rows[-1, 0]),
-                pack(item.rows),
-                pack_props(item.props) if item.props.size else None,
-            )
+            for item, blobs in zip(items, packed, strict=True):
+                if isinstance(item, _End):
+                    drives.end(db, item.drive_id, item.why, item.outcome)
+                elif blobs is not None:
+                    drives.keep_samples(
+                        db,
+                        item.drive_id,
+                        item.first_tick,
+                        len(item.rows),
+                        float(item.rows[-1, 0]),
+                        *blobs,
+                    )
 
 
 class DriveLog:

@@ -19,6 +19,7 @@ import numpy as np
 from rich.progress import track
 from websockets.asyncio.client import connect
 
+from app.jobs.worker import NICENESS
 from app.storage.tables import SampleChunkRow
 from app.teleop.recorder import unpack
 from models.alignment import STRATEGIES
@@ -83,8 +84,8 @@ def sessions_held(task: str) -> tuple[int, str]:
 @contextlib.contextmanager
 def crowd(task: str, count: int) -> Generator[tuple[RunningServer, list[Page]]]:
     """A server on a core of its own, people who are ready to drive, and a training beside it."""
-    settings: dict[str, Any] = {"task": task, "labels_wanted": 5, "training_steps": 20}
     cores = sorted(os.sched_getaffinity(0))
+    settings: dict[str, Any] = {"task": task, "labels_wanted": 5, "training_steps": 20}
     with (
         tempfile.TemporaryDirectory() as folder,
         running_server(Path(folder), **settings) as server,
@@ -97,9 +98,10 @@ def crowd(task: str, count: int) -> Generator[tuple[RunningServer, list[Page]]]:
             page.put(alignment, "all-priors")
             pages.append(page)
         with contextlib.suppress(OSError):
-            # The processes that train are children of the server: only it gets the first core.
             for thread in Path(f"/proc/{server.process.pid}/task").iterdir():
                 os.sched_setaffinity(int(thread.name), cores[:1])
+            for worker in server.children():
+                os.sched_setaffinity(worker, cores)
         os.sched_setaffinity(0, cores[-1:])
         training = multiprocessing.get_context("spawn").Process(target=train_for_ever, daemon=True)
         training.start()
@@ -111,7 +113,8 @@ def crowd(task: str, count: int) -> Generator[tuple[RunningServer, list[Page]]]:
 
 
 def train_for_ever() -> None:
-    """What a worker does, over and over."""
+    """What a worker does, over and over, and as modestly."""
+    os.nice(NICENESS)
     lab, person = lab_of("pour-cup"), person_of("pour-cup", "rotated:40", 1, 0.0)
     rows = choose_queries(lab.pool, 10, np.random.default_rng(1), 0.012)
     s, next_s = lab.pool.states[rows], lab.pool.next_states[rows]
