@@ -1,8 +1,8 @@
-# run · test · check · bench · simulation · controllers · lock — each does its own set-up.
+# run · test · check · bench · soak · simulation · controllers · lock — each does its own set-up.
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DELETE_ON_ERROR:
-.PHONY: run setup test check bench simulation controllers lock clean
+.PHONY: run setup test check bench soak simulation controllers lock clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -58,6 +58,11 @@ check: $(VENV)/.test $(PANDA)/manifest.json
 
 bench: $(VENV)/.test $(PANDA)/manifest.json
 	$(BIN)/python -m tests.benchmarks
+
+# Two hours: hundreds of drives through a running server, and a thousand random ones in each world.
+soak: $(VENV)/.test $(PANDA)/manifest.json
+	$(BIN)/python -m tests.soak.driven_tasks
+	$(BIN)/python -m tests.soak.random_drives
 
 # Half an hour on two cores. A run that was stopped goes on where it was; after a change of the code,
 # FRESH=--fresh begins anew.

@@ -38,6 +38,11 @@ class Settings(BaseSettings):
     auto_grasp: bool = Field(
         False, description="The hand grasps by itself once it is where it can."
     )
+    arrows: Literal["off", "on", "switch"] = Field(
+        "switch",
+        description="Arrows at the hand show where each stick direction would lead: never, always, "
+        "or as the person likes, off at first.",
+    )
     labels_wanted: PositiveInt = Field(
         7, description="Labelled moves before training starts; at most so many if designed."
     )

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from .arrays import JointPositions
+from .arrays import HandJacobian, JointPositions
 from .beads import BeadCounts, count_beads, in_frame, rotation_matrix
 from .errors import InputError
 from .panda import FINGER_OPEN_M, HAND_FRAME, N_JOINTS, Q_HOME, Q_MAX, Q_MIN
@@ -78,6 +78,13 @@ class Simulation:
         return HandState(
             self._mj_data.xpos[self._hand].copy(), self._mj_data.xquat[self._hand].copy()
         )
+
+    @property
+    def hand_jacobian(self) -> HandJacobian:
+        """The hand's velocity per joint velocity, in the world: linear rows above angular ones."""
+        rows = np.zeros((2, 3, self._mj_model.nv))
+        mujoco.mj_jacBody(self._mj_model, self._mj_data, rows[0], rows[1], self._hand)
+        return rows[:, :, :N_JOINTS].reshape(6, N_JOINTS)
 
     def pose_at(self, q: JointPositions) -> HandState:
         """The pose of the hand with the joints at ``q`` ``(7,)`` in [rad]; nothing moves."""

@@ -15,6 +15,7 @@ from app.scene.page import CONTENT_SECURITY_POLICY, scene_page
 from app.scene.server import SUBPROTOCOL
 from app.schemas.messages import (
     PAGE_MESSAGE,
+    ArrowsIn,
     PressIn,
     SentenceOut,
     ShowIn,
@@ -80,6 +81,8 @@ async def steer(
             sentence = await _follow(message.get("text") or "", here, session, tab)
             if sentence is not None:
                 await socket.send_text(SentenceOut(sentence=sentence).model_dump_json())
+            # However many have come at once: everyone else's turn is between any two of them.
+            await asyncio.sleep(0)
     except WebSocketDisconnect:  # while answering
         pass
     finally:
@@ -99,6 +102,8 @@ async def _follow(text: str, here: Service, session: LiveSession, tab: str) -> s
                 session.move_stick(tab, message.x, message.y, time.monotonic())
             case ShowIn():
                 await here.live.show(session, message.query_id)
+            case ArrowsIn():
+                session.show_arrows(tab, message.shown)
             case PressIn():
                 return session.press(tab)
             case _:

@@ -194,6 +194,7 @@ def _session(here: Service, participant_id: str) -> SessionOut:
                 StrategyOut(name=choice.name, title=choice.title, note=choice.note)
                 for choice in drive_service.STRATEGIES
             ],
+            may_switch_arrows=here.settings.arrows == "switch",
             notice=queries.notice(questions) if participant.step == "queries" else None,
             stick=StickSettingsOut(**asdict(stick_service.settings_of(participant))),
         )

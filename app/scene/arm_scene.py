@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+import viser
 
 from models.arrays import JointPositions
 from models.panda_pack import PandaPack
@@ -20,6 +21,8 @@ _HAND_COLOUR = (255, 140, 40)
 _SKY = np.linspace((232, 237, 242), (196, 206, 216), 64)  # from top to bottom
 _LIGHT = 0.45  # of viser's environment light: a white arm must not burn out
 _CAMERA_FOV_RAD = 0.72
+# Up, right, down, left; the page's pad has them, too (static/css/colors.css).
+ARROW_COLOURS = ((0, 114, 178), (168, 69, 127), (200, 82, 0), (0, 128, 92))
 _TRAIL_THICKNESS_M = 0.008
 _SEEN_WAY_M = 0.01  # no arrow shows a shorter way
 
@@ -53,6 +56,7 @@ class ArmScene:
             colors=_REACH_COLOUR,
             thickness=0.004,
         )
+        self._arrows: viser.ArrowsHandle | None = None
         self._props = PropsView(scene, task.props)
         self._arm = RobotView(scene, pack)
         self._ghost = GhostView(scene, pack)
@@ -133,6 +137,28 @@ class ArmScene:
             self._ghost.hide()
             self._server.viser.scene.remove_by_name("/move")
         self._server.flush()
+
+    def show_arrows(self, points: np.ndarray) -> None:
+        """Show where up, right, down and left would lead, ``(4, 2, 3)`` in [m]."""
+        with self._server.viser.atomic():
+            if self._arrows is None:
+                self._arrows = self._server.viser.scene.add_arrows(
+                    "/arrows",
+                    points=points.astype(np.float32),
+                    colors=np.array(ARROW_COLOURS, dtype=np.uint8),
+                    shaft_radius=0.005,
+                    head_radius=0.013,
+                    head_length=0.026,
+                )
+            self._arrows.points = points.astype(np.float32)
+            self._arrows.visible = True
+        self._server.flush()
+
+    def hide_arrows(self) -> None:
+        """Take the arrows out of the picture."""
+        if self._arrows is not None and self._arrows.visible:
+            self._arrows.visible = False
+            self._server.flush()
 
     def close(self) -> None:
         """Let every viewer go."""

@@ -48,13 +48,20 @@ class PressIn(In):
     type: Literal["press"]
 
 
+class ArrowsIn(In):
+    """Show or hide where each stick direction would lead."""
+
+    type: Literal["arrows"]
+    shown: bool
+
+
 class GiveUpIn(In):
     """End the attempt as it is."""
 
     type: Literal["give-up"]
 
 
-PageMessage = StickIn | ShowIn | TakeIn | HoldIn | HomeIn | PressIn | GiveUpIn
+PageMessage = StickIn | ShowIn | TakeIn | HoldIn | HomeIn | PressIn | GiveUpIn | ArrowsIn
 PAGE_MESSAGE: TypeAdapter[PageMessage] = TypeAdapter(
     Annotated[PageMessage, Field(discriminator="type")]
 )
@@ -95,6 +102,7 @@ class StatusOut(BaseModel):
     hand: tuple[float, float, float]
     hand_wxyz: tuple[float, float, float, float]
     playback: PlaybackOut | None
+    arrows: bool
 
 
 class SentenceOut(BaseModel):

@@ -109,6 +109,7 @@ class SessionOut(BaseModel):
     may_end_early: bool
     field_says: str
     strategies: list[StrategyOut]
+    may_switch_arrows: bool
     notice: str | None
     stick: StickSettingsOut
 

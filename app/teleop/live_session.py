@@ -4,53 +4,30 @@ Nothing here knows of sockets or clocks: messages come in as calls, time as an a
 are made on the event loop.
 """
 
-import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from app.scene.arm_scene import ArmScene
 from app.schemas.messages import PlaybackOut, ProgressOut, StatusOut
+from app.teleop import feed_forward
+from app.teleop.edges import leaves
 from app.teleop.recorder import HOLDS, DriveLog
+from app.teleop.show import Show
 from app.teleop.stick_filter import StickFilter
-from models.demonstrations import TwoDofMotion
-from models.kinematics import HandPose
 from models.mapping import Mapping
 from models.panda import QD_MAX
 from models.simulation import Simulation
 from models.tasks import Task
-from models.tasks.attempt import Attempt, FreeDrive, Progress, hand_pose
+from models.tasks.attempt import Attempt, FreeDrive, Progress
 
-SHOW_S_PER_STEP = 0.1  # a move is shown at the speed at which it would be driven
-_SHOW_REST_S = 0.6  # the arm stands still before and after a shown move
 _HOME_SPEED = 0.8  # [rad/s], of the fastest joint on the way back to the start
 _SEEN_M = 1e-4  # what moves less is not drawn anew
-# The hand may go this far over the edge of the task's area, in [m].
-_EDGE_MARGIN_M = 0.02
-_OFF_MARGIN_M = 0.06  # and this far off the way that the task holds it to
+_ARROWS_EVERY_S = 0.1
 
 
-@dataclass
-class _Show:
-    query_id: str
-    path: np.ndarray  # (m, 7) [rad]
-    began_s: float
-
-    @property
-    def duration_s(self) -> float:
-        return (len(self.path) - 1) * SHOW_S_PER_STEP
-
-    def at(self, now_s: float) -> tuple[np.ndarray, float]:
-        """Joint positions and the fraction shown."""
-        fraction = np.clip((now_s - self.began_s - _SHOW_REST_S) / self.duration_s, 0.0, 1.0)
-        place = fraction * (len(self.path) - 1)
-        before = min(int(place), len(self.path) - 2)
-        share = place - before
-        return (1 - share) * self.path[before] + share * self.path[before + 1], float(fraction)
-
-    def is_over(self, now_s: float) -> bool:
-        return now_s - self.began_s > self.duration_s + 2 * _SHOW_REST_S
+Arrows = Literal["off", "on", "switch"]  # switch: off at first, and the person's choice
 
 
 @dataclass
@@ -61,6 +38,7 @@ class _Drive:
     attempt: Attempt
     progress: Progress
     elapsed_s: float = 0.0
+    arrows_s: float = 0.0  # for how long the arrows were seen
     end: str | None = None
 
     def outcome(self) -> dict[str, Any] | None:
@@ -72,6 +50,7 @@ class _Drive:
             "counts": self.progress.counts,
             "is_success": self.progress.is_success,
             "elapsed_s": round(self.elapsed_s, 4),
+            "arrows_s": round(self.arrows_s, 4),
         }
 
 
@@ -89,6 +68,7 @@ class LiveSession:
         start: np.ndarray,
         limit_s: float | None = None,
         auto_grasp: bool = False,
+        arrows: Arrows = "off",
     ) -> None:
         """Stand at ``start`` ``(7,)`` in [rad]."""
         self.participant_id = participant_id
@@ -99,11 +79,14 @@ class LiveSession:
         self._silence_s = silence_s
         self._limit_s = limit_s
         self._auto_grasp = auto_grasp
+        self._may_switch_arrows = arrows == "switch"
+        self._has_arrows = arrows == "on"
+        self._arrows_age_s = 0.0
         self._filter = StickFilter()
         self._raw = np.zeros(2)
         self._heard_s = -np.inf
         self._holder: str | None = None
-        self._show: _Show | None = None
+        self._show: Show | None = None
         self._drive: _Drive | None = None
         self._homing = False
         self._is_preparing = False
@@ -171,6 +154,12 @@ class LiveSession:
             return "There is nothing to grasp now: no drive is going on."
         return self._drive.attempt.press()
 
+    def show_arrows(self, tab: str, is_on: bool) -> None:
+        """Show or hide where each stick direction would lead, where that is the person's choice."""
+        if tab == self._holder and self._may_switch_arrows:
+            self._has_arrows = is_on
+            self._arrows_age_s = 0.0
+
     def give_up(self, tab: str) -> None:
         """End the attempt as it is, if it is this tab's to say."""
         if tab == self._holder and self._drive is not None:
@@ -184,7 +173,7 @@ class LiveSession:
             return
         if self._show is None or self._show.query_id != query_id:
             self.scene.show_move(path[-1], hand_path)
-        self._show = _Show(query_id, path, now_s)
+        self._show = Show(query_id, path, now_s)
 
     def prepare(self) -> Simulation:
         """End whatever goes on; the simulation stands still until a drive starts."""
@@ -266,7 +255,7 @@ class LiveSession:
             a = drive.mapping.controller.decode(z, s)
             # One factor for all joints, so that the hand keeps its direction.
             a = a / max(1.0, float(np.max(np.abs(a) / QD_MAX)))
-            if self._leaves(a, dt_s):
+            if leaves(self.task, self._simulation, a, dt_s):
                 hold, a = "edge", np.zeros(7)
         if a.any():
             self._simulation.set_target(self._simulation.target + a * dt_s)
@@ -294,6 +283,7 @@ class LiveSession:
             props,
         )
         self._picture(props)
+        self._point(drive, dt_s)
         drive.progress = drive.attempt.progress
         if drive.progress.is_done:
             self._end(drive, "done")
@@ -308,6 +298,7 @@ class LiveSession:
     def _end(self, drive: _Drive, why: str) -> None:
         if drive.end is None:
             drive.end = why
+            self.scene.hide_arrows()
             drive.log.end(why, drive.outcome())
 
     def _way_to(self, q: np.ndarray, dt_s: float) -> np.ndarray:
@@ -318,21 +309,6 @@ class LiveSession:
             return np.zeros(7)
         velocity: np.ndarray = way / max(dt_s, farthest / _HOME_SPEED)
         return velocity
-
-    def _leaves(self, a: np.ndarray, dt_s: float) -> bool:
-        """Whether ``a`` takes the hand further out of where the task lets it go."""
-        here = hand_pose(self._simulation.hand)
-        motion = self.task.motions[int(self.task.motion_at(here))]
-        low, high = motion.workspace
-        at, off_m = _place(motion, here)
-        over, under = at > high + _EDGE_MARGIN_M, at < low - _EDGE_MARGIN_M
-        is_off = off_m > _OFF_MARGIN_M
-        if not (is_off or over.any() or under.any()):
-            return False
-        there = hand_pose(self._simulation.pose_at(self._simulation.q + a * dt_s))
-        then, off_then_m = _place(motion, there)
-        farther = (over & (then > at)) | (under & (then < at))
-        return bool(farther.any() or (is_off and off_then_m > off_m))
 
     def _props(self) -> np.ndarray:
         """The cup's pose and the beads' positions, in one row."""
@@ -350,6 +326,19 @@ class LiveSession:
         if props.size and not np.abs(props - self._shown_props).max() < _SEEN_M:
             self._shown_props = props
             self.scene.show_props(self._simulation.cup, self._simulation.bead_positions)
+
+    def _point(self, drive: _Drive, dt_s: float) -> None:
+        """Keep the arrows at the hand, while the person steers."""
+        is_seen = self._has_arrows and drive.attempt.way is None
+        drive.arrows_s += dt_s * is_seen
+        self._arrows_age_s -= dt_s
+        if self._arrows_age_s > 0.0:
+            return
+        self._arrows_age_s = _ARROWS_EVERY_S
+        if is_seen:
+            self.scene.show_arrows(feed_forward.arrows(drive.mapping, self._simulation))
+        else:
+            self.scene.hide_arrows()
 
     # What pages hear.
 
@@ -374,6 +363,7 @@ class LiveSession:
             hand_wxyz=tuple(round(v, 4) for v in hand.wxyz.tolist()),
             playback=playback,
             progress=progress,
+            arrows=self._has_arrows,
         )
 
     def _progress(self, drive: _Drive) -> ProgressOut | None:
@@ -391,9 +381,3 @@ class LiveSession:
             end=drive.end,  # type: ignore[arg-type]
             is_success=progress.is_success,
         )
-
-
-def _place(motion: TwoDofMotion, pose: HandPose) -> tuple[np.ndarray, float]:
-    """Where the hand is in a motion's degrees of freedom, and how far off its way, in [m]."""
-    at = motion.dof(pose)
-    return at, math.dist(pose.position, motion.pose_at(at).position)

@@ -70,6 +70,7 @@ class LiveSessions:
                     start=task.home_q if start is None else start,
                     limit_s=self._settings.drive_limit_s,
                     auto_grasp=self._settings.auto_grasp,
+                    arrows=self._settings.arrows,
                 )
                 self.loop.sessions[participant.id] = session
                 await self.follow_settings(participant.id)

@@ -15,6 +15,7 @@ import { Backoff, pause } from './backoff.js'
  * @property {boolean} may_end_early fewer answers may do
  * @property {string} field_says what the picture of a learned field shows
  * @property {Strategy[]} strategies
+ * @property {boolean} may_switch_arrows whether the person may show where the stick leads
  * @property {import('./stick_settings.js').StickSettings} stick how the person has set it
  * @property {string | null} [notice] said when everything is answered but too little of it with the stick
  */

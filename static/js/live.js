@@ -12,7 +12,9 @@ import { LiveSocket } from './socket.js'
  * @property {import('./attempt_panel.js').Progress | null} progress of a task that has an end
  * @property {[number, number]} stick
  * @property {[number, number, number]} hand in metres
+ * @property {[number, number, number, number]} hand_wxyz
  * @property {null | {query_id: string, fraction: number}} playback
+ * @property {boolean} arrows whether the picture shows where the stick leads
  */
 
 // A loss shorter than this is not worth a word.

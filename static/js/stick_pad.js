@@ -79,6 +79,11 @@ export class StickPad {
     this.#say(h)
   }
 
+  /** @param {boolean} isOn whether the picture has arrows in the pad's colours */
+  set ways(isOn) {
+    this.pad.dataset.ways = String(isOn)
+  }
+
   focus() {
     this.pad.focus({ preventScroll: true })
   }
@@ -129,5 +134,12 @@ function face(stem, knob) {
     svg('circle', { class: 'pad-ground', r: 0.99 }),
     svg('circle', { class: 'pad-ring', r: 0.5 }),
     svg('path', { class: 'pad-cross', d: 'M-0.72 0H0.72M0-0.72V0.72' }),
-    chevrons, stem, knob)
+    chevrons, ways(), stem, knob)
+}
+
+/** A dot at each side in the colour of the arrow at the hand; seen while the arrows are. */
+function ways() {
+  const sides = { up: [0, -1], right: [1, 0], down: [0, 1], left: [-1, 0] }
+  return svg('g', { class: 'pad-ways' }, Object.entries(sides).map(([side, [x, y]]) =>
+    svg('circle', { class: `pad-way-${side}`, cx: 0.86 * x, cy: 0.86 * y, r: 0.075 })))
 }

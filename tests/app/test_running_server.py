@@ -3,6 +3,7 @@
 import contextlib
 import itertools
 import json
+import math
 import os
 import signal
 import time
@@ -159,6 +160,22 @@ def test_a_binary_frame_closes_nothing_but_is_refused(driver: Participant) -> No
     with live(driver) as socket:
         socket.send(b"\x00\xff\x00")
         assert hear(socket, "error")["sentence"].endswith(".")
+
+
+def test_a_page_that_floods_the_server_does_not_stop_anyone(driver: Participant) -> None:
+    drive_id = driver.post("drives", strategy="no-align").json()["id"]
+    flood = [json.dumps({"type": "stick", "seq": 1, "x": 1.0, "y": 0.0}), '{"type": "fly"}']
+    with live(driver) as first, live(driver) as socket:
+        hear(socket, "status", has_stick=True, drive_id=drive_id)
+        at = now(socket)["hand"]
+        for n in range(3000):
+            first.send(flood[n % 2])  # of a page that does not hold the stick
+        steer(socket, 0.0, -0.5, 0.4)
+        down = now(socket)["hand"]
+        steer(socket, 0.0, 0.5, 0.4)
+        assert max(math.dist(at, down), math.dist(down, now(socket)["hand"])) > 0.005
+        for _ in range(1500):
+            assert "not understood" in hear(first, "error")["sentence"]
 
 
 def test_a_message_too_long_ends_the_connection_and_not_the_server(driver: Participant) -> None:

@@ -4,6 +4,7 @@ Everything is measured in this one run, on this machine, through the doors a pag
 """
 
 import asyncio
+import itertools
 import json
 import os
 import tempfile
@@ -17,7 +18,7 @@ from rich.progress import track
 from rich.table import Table
 from websockets.asyncio.client import connect
 
-from tests.benchmarks import learning
+from tests.benchmarks import learning, sessions
 from tests.running_server import Participant, running_server
 
 PARTICIPANTS = 7
@@ -49,7 +50,7 @@ def main() -> None:
             f"{p99:.1f} ms",
             "≤ 30 ms",
         )
-    for row in learning.rows():
+    for row in itertools.chain(sessions.rows(), learning.rows()):
         table.add_row(*row)
     console.print(table)
     load = ", ".join(f"{value:.1f}" for value in os.getloadavg())

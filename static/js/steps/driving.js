@@ -32,6 +32,7 @@ class DrivingStep {
     this.strategy = strategies[0].name
     this.last = null
     this.readAt_ms = 0
+    this.hasArrows = false
     const shortcuts = Object.fromEntries(strategies.map(({ name }, index) => [`Digit${index + 1}`, () => this.choose(name)]))
     this.inputs = new StickInputs({
       visit,
@@ -49,6 +50,7 @@ class DrivingStep {
     this.learned = new LearnedDialog(visit, onDialog)
     this.stick = new StickDialog(visit, onDialog)
     this.link = new DriveLink(visit, live, () => this.inputs.read(performance.now()))
+    this.arrows = html('input', { type: 'checkbox', 'data-testid': 'arrows', onchange: () => this.point() })
     this.#build(root, scene)
     this.listening = new AbortController()
     live.addEventListener('status', () => this.follow(), { signal: this.listening.signal })
@@ -104,7 +106,19 @@ class DrivingStep {
     const progress = status?.progress ?? null
     this.attempt.draw(progress)
     this.homeButton.hidden = progress !== null
-    if (status) this.#read(status)
+    if (status) {
+      // What was said before the box was ticked must not untick it.
+      if (status.arrows !== this.hasArrows) this.arrows.checked = status.arrows
+      this.hasArrows = status.arrows
+      this.inputs.pad.ways = status.arrows
+      this.#read(status)
+    }
+  }
+
+  /** Show or hide where each direction of the stick leads. */
+  point() {
+    this.live.send({ type: 'arrows', shown: this.arrows.checked })
+    this.inputs.pad.focus()
   }
 
   take() {
@@ -144,7 +158,8 @@ class DrivingStep {
   #build(root, scene) {
     this.hold = html('p', { class: 'hold', role: 'status', 'data-testid': 'hold' })
     this.readout = html('p', { class: 'readout', 'data-testid': 'readout', 'aria-hidden': 'true' })
-    scene.tools.append(this.readout)
+    scene.tools.append(this.readout,
+      html('label', { class: 'switch', hidden: !this.visit.session.may_switch_arrows }, this.arrows, html('span', {}, 'Arrows', html('span', { class: 'switch-more' }, ': where the stick leads'))))
     this.homeButton = html('button', { class: 'button', type: 'button', 'data-testid': 'home', 'aria-keyshortcuts': 'H', onclick: () => this.home() },
       icon(ICONS.home), 'Back to the start', html('kbd', { 'aria-hidden': 'true' }, 'H'))
     const learned = html('button', { class: 'button plain-text', type: 'button', 'data-testid': 'see-learned', onclick: () => this.learned.open() }, 'See what it learned')

@@ -28,6 +28,7 @@ class FakeScene:
         self.arms: list[np.ndarray] = []
         self.beads = np.zeros((0, 3))
         self.moves = 0
+        self.arrows: np.ndarray | None = None
 
     def show_arm(self, q: np.ndarray, hand: np.ndarray) -> None:
         self.arms.append(q)
@@ -40,6 +41,12 @@ class FakeScene:
 
     def show_props(self, cup: HandState | None, beads: np.ndarray) -> None:
         self.beads = beads
+
+    def show_arrows(self, points: np.ndarray) -> None:
+        self.arrows = points
+
+    def hide_arrows(self) -> None:
+        self.arrows = None
 
     def close(self) -> None:
         pass
