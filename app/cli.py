@@ -69,7 +69,13 @@ def _serve(settings: Settings) -> int:
     from app.main import create_app
     from app.server import Server, print_links
     from app.storage.database import DatabaseInUse, migrate
+    from models.tasks import get_task
 
+    try:
+        get_task(settings.task)
+    except ModelsError as error:
+        print(f"JOYMAP_TASK: {error}", file=sys.stderr)
+        return 2
     try:
         listener = _listen(settings)
     except OSError as error:

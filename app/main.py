@@ -21,12 +21,13 @@ from app.jobs.supervisor import Supervisor
 from app.routers import ROUTERS, pages
 from app.routers.dependencies import Service
 from app.services import drives, queries
-from app.settings import DRIVEN_TASKS, STATIC_DIR, Settings
+from app.settings import STATIC_DIR, Settings
 from app.storage.database import Database
 from app.teleop.live_sessions import LiveSessions
 from models.checkpoints import load_controller
 from models.kinematics import Kinematics
 from models.panda_pack import open_pack
+from models.tasks import TASKS
 
 _LOG = logging.getLogger(__name__)
 
@@ -40,9 +41,7 @@ def create_app(settings: Settings) -> FastAPI:
         database = Database(settings.database_path)
         pack = open_pack(settings.pack_dir)
         kinematics = Kinematics.from_urdf(pack.urdf)
-        controllers: dict[str, LatentController] = {
-            name: load_controller(name) for name in DRIVEN_TASKS
-        }
+        controllers: dict[str, LatentController] = {name: load_controller(name) for name in TASKS}
         surveys = {
             name: queries.survey_task(name, controller, kinematics)
             for name, controller in controllers.items()

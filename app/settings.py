@@ -1,7 +1,7 @@
 """Every knob of the service, read once from the environment (``JOYMAP_…``)."""
 
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Literal
 
 from pydantic import Field, PositiveFloat, PositiveInt
 from pydantic_settings import BaseSettings, SettingsConfigDict
@@ -9,9 +9,6 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 ROOT = Path(__file__).resolve().parents[1]
 STATIC_DIR = ROOT / "static"
 MIGRATIONS_DIR = ROOT / "migrations"
-
-DrivenTask = Literal["plane", "avoid", "pour-cup", "fetch-and-pour"]
-DRIVEN_TASKS: tuple[DrivenTask, ...] = get_args(DrivenTask)
 
 
 class Settings(BaseSettings):
@@ -28,7 +25,7 @@ class Settings(BaseSettings):
     panda_dir: Path | None = Field(
         None, description="The arm's asset pack; by default the folder panda in data_dir."
     )
-    task: DrivenTask = Field("plane", description="The task that new participants label and drive.")
+    task: str = Field("plane", description="The task that new participants label and drive.")
     drive_limit_s: PositiveFloat | None = Field(
         None, description="A drive of a task that has an end is over after this long, in seconds."
     )

@@ -40,7 +40,7 @@ class Consent:
 
 
 CONSENT = Consent(
-    version="2",
+    version="3",
     title="Teach a robot arm how you steer",
     paragraphs=(
         "You will see a robot arm make a few short moves. For each one you show which stick "
@@ -48,7 +48,8 @@ CONSENT = Consent(
         "answers: it is your idea of steering that counts.",
         "From your answers the robot learns your way of steering, and then you drive it. "
         "It takes about five minutes. You can use a mouse, a finger, the keyboard or a gamepad.",
-        "We keep your answers and how the arm moved while you drove, with the time of each. "
+        "We keep your answers, how you set your stick, and how the arm moved while you drove, with "
+        "the time of each. "
         "We do not ask for your name and keep nothing else about you. You may stop at any time "
         "by closing this page; your link brings you back to where you were.",
     ),
