@@ -24,6 +24,7 @@ from app.services import drives, queries
 from app.settings import STATIC_DIR, Settings
 from app.storage.database import Database
 from app.teleop.live_sessions import LiveSessions
+from app.teleop.replay import Replays
 from models.checkpoints import load_controller
 from models.kinematics import Kinematics
 from models.panda_pack import open_pack
@@ -52,6 +53,7 @@ def create_app(settings: Settings) -> FastAPI:
             settings=settings,
             database=database,
             live=LiveSessions(settings, database, pack, controllers, kinematics),
+            replays=Replays(database, pack),
             supervisor=supervisor,
             controllers=controllers,
             kinematics=kinematics,

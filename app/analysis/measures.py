@@ -1,14 +1,19 @@
 """What a drive's record says of how it went: one documented function a measure.
 
-Everything is worked out from the rows that were recorded (:data:`app.teleop.recorder.COLUMNS`), so
+Everything is worked out from the rows that were recorded (:data:`app.storage.ticks.COLUMNS`), so
 that it can be worked out again, with other thresholds, from an export.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from itertools import pairwise
 
 import numpy as np
 
+from models.beads import BeadCounts
+from models.tasks.avoid import LET_GO_S
+
+_REFILL = 5  # beads; so many do not get into a cup by themselves in one tick
 Columns = Mapping[str, np.ndarray]
 
 
@@ -20,12 +25,14 @@ class Thresholds:
         moved: A stick pushed less than this is at rest.
         undo_window_s: How far back the stick's recent direction reaches.
         undo_angle_deg: A stick turned further than this from its recent direction undoes.
+        let_go_s: A touch ends when nothing has touched for so long.
         bins: Of the heat-map, along each axis of the stick.
     """
 
     moved: float = 0.1
     undo_window_s: float = 1.0
     undo_angle_deg: float = 120.0
+    let_go_s: float = LET_GO_S
     bins: int = 15
 
 
@@ -39,6 +46,8 @@ class Measures:
         undo_share: See :func:`undo_share`.
         idle_time_s: See :func:`idle_time`.
         evenness: See :func:`evenness`.
+        touches: See :func:`touches`; None where it was not recorded.
+        spills: See :func:`spills`; None where there are no beads.
         counts: What the task counted: touches, beads, ...
         is_success: Whether the task was achieved; None for one without a goal.
     """
@@ -48,6 +57,8 @@ class Measures:
     undo_share: float
     idle_time_s: float
     evenness: float
+    touches: int | None
+    spills: int | None
     counts: dict[str, int]
     is_success: bool | None
 
@@ -62,6 +73,7 @@ def measure(
     names: Sequence[str],
     outcome: Mapping[str, object] | None = None,
     thresholds: Thresholds | None = None,
+    beads: Sequence[BeadCounts] = (),
 ) -> Measures:
     """Measure a drive.
 
@@ -70,6 +82,7 @@ def measure(
         names: Of the columns.
         outcome: What the task said at the end, as it was recorded.
         thresholds: The usual ones if None.
+        beads: Where they were at each tick.
     """
     chosen = thresholds or Thresholds()
     columns = {name: rows[:, index] for index, name in enumerate(names)}
@@ -81,6 +94,8 @@ def measure(
         undo_share=undo_share(columns, chosen),
         idle_time_s=idle_time(columns, chosen),
         evenness=evenness(columns, chosen),
+        touches=touches(columns, chosen),
+        spills=spills(beads),
         counts={name: int(count) for name, count in counts.items()}
         if isinstance(counts, Mapping)
         else {},
@@ -98,8 +113,7 @@ def duration(columns: Columns) -> float:
 
 def path_length(columns: Columns) -> float:
     """How far the hand went, in [m]: the sum of its steps from tick to tick."""
-    hand = np.stack([columns[name] for name in ("hand_x", "hand_y", "hand_z")], axis=1)
-    return float(np.linalg.norm(np.diff(hand, axis=0), axis=1).sum())
+    return float(np.linalg.norm(np.diff(trajectory(columns), axis=0), axis=1).sum())
 
 
 def undo_share(columns: Columns, thresholds: Thresholds) -> float:
@@ -145,6 +159,40 @@ def evenness(columns: Columns, thresholds: Thresholds) -> float:
     return float(-(used * np.log(used)).sum() / np.log(8)) + 0.0
 
 
+def touches(columns: Columns, thresholds: Thresholds) -> int | None:
+    """How often the arm touched the obstacle; a bump in several ticks is one touch.
+
+    Counted tick by tick, as :class:`models.tasks.avoid.GoingRound` counts: what a late tick adds
+    to the clock is no time in which the arm could let go.
+    """
+    touching, tick_s = columns["touching"], _tick(columns["monotonic_s"])
+    if not len(touching) or np.isnan(touching).any():
+        return None
+    count, untouched_s = 0, np.inf
+    for is_touching in (touching > 0.0).tolist():
+        if is_touching:
+            count += untouched_s > thresholds.let_go_s
+            untouched_s = 0.0
+        else:
+            untouched_s += tick_s
+    return count
+
+
+def spills(beads: Sequence[BeadCounts]) -> int | None:
+    """How many beads were spilt: those that lie about at the end, and before each refill."""
+    if not beads:
+        return None
+    refills = [
+        before.spilt for before, now in pairwise(beads) if now.in_cup - before.in_cup > _REFILL
+    ]
+    return sum(refills) + beads[-1].spilt
+
+
+def trajectory(columns: Columns) -> np.ndarray:
+    """Where the hand was at each tick, ``(n, 3)`` in [m]."""
+    return np.stack([columns[name] for name in ("hand_x", "hand_y", "hand_z")], axis=1)
+
+
 def heat_map(columns: Columns, thresholds: Thresholds | None = None) -> np.ndarray:
     """Share of the pushed time in each cell of the stick's square, ``(bins, bins)``; x, then y."""
     chosen = thresholds or Thresholds()
@@ -154,6 +202,13 @@ def heat_map(columns: Columns, thresholds: Thresholds | None = None) -> np.ndarr
     counts, _, _ = np.histogram2d(h[:, 0], h[:, 1], bins=(edges, edges))
     shares: np.ndarray = counts / max(1, len(h))
     return shares
+
+
+def _tick(times_s: np.ndarray) -> float:
+    """How long a tick was meant to be, in [s]: a whole number of them a second."""
+    if len(times_s) < 2:
+        return 0.0
+    return 1.0 / max(1.0, round(1.0 / float(np.median(np.diff(times_s)))))
 
 
 def _stick(columns: Columns) -> np.ndarray:

@@ -1,5 +1,5 @@
 """The doors, in reading order."""
 
-from app.routers import experimenter, live, pages, participants
+from app.routers import experimenter, live, pages, participants, replays
 
-ROUTERS = (pages.router, participants.router, live.router, experimenter.router)
+ROUTERS = (pages.router, participants.router, live.router, experimenter.router, replays.router)

@@ -13,6 +13,7 @@ from app.settings import Settings
 from app.storage.database import Database
 from app.storage.tables import ParticipantRow
 from app.teleop.live_sessions import LiveSessions
+from app.teleop.replay import Replays
 from models.controller import LatentController
 from models.kinematics import Kinematics
 from models.task_space import Survey
@@ -27,6 +28,7 @@ class Service:
     settings: Settings
     database: Database
     live: LiveSessions
+    replays: Replays
     supervisor: Supervisor
     controllers: dict[str, LatentController]
     kinematics: Kinematics

@@ -23,14 +23,15 @@ _LOGIN_LASTS_S = 14 * 24 * 3600
 
 
 @cache
-def _page(name: str) -> str:
+def page(name: str) -> str:
+    """The text of a page in the folder of pages."""
     return (STATIC_DIR / name).read_text(encoding="utf-8")
 
 
 def message_page(title: str, sentence: str, status_code: int) -> HTMLResponse:
     """A page that says one thing."""
     text = (
-        _page("message.html")
+        page("message.html")
         .replace("{{title}}", html.escape(title))
         .replace("{{sentence}}", html.escape(sentence))
     )
@@ -59,7 +60,7 @@ def read_health(here: Here) -> dict[str, str]:
 def read_participant_page(participant: CurrentParticipant) -> HTMLResponse:
     """A participant's page; the steps are chosen by the server, over the API."""
     del participant  # asking for it is the check
-    return HTMLResponse(_page("participant.html"))
+    return HTMLResponse(page("participant.html"))
 
 
 @router.get("/setup/{token}")
@@ -67,7 +68,7 @@ def read_setup_page(token: str, here: Here) -> HTMLResponse:
     """The experimenter link: looking at it uses nothing up."""
     with here.database.read() as db:
         accounts.check_setup_link(db, token)
-    return HTMLResponse(_page("setup.html"))
+    return HTMLResponse(page("setup.html"))
 
 
 @router.post("/setup/{token}", dependencies=[Depends(same_origin)])
@@ -90,7 +91,7 @@ def use_setup_link(token: str, here: Here, request: Request) -> Response:
 @router.get("/dashboard", dependencies=[ExperimenterOnly])
 def read_dashboard() -> HTMLResponse:
     """The experimenter's page."""
-    return HTMLResponse(_page("dashboard.html"))
+    return HTMLResponse(page("dashboard.html"))
 
 
 def refusal_page(request: Request, error: JoymapError) -> Response | None:

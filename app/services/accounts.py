@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 
 from sqlalchemy.orm import Session
 
-from app.errors import IdReused, NotAllowed, UnknownLink, UsedSetupLink
+from app.errors import IdReused, JoymapError, NotAllowed, UnknownLink, UsedSetupLink
 from app.storage import access, participants
 from app.storage.tables import LoginRow, ParticipantRow, SetupLinkRow
 
@@ -39,6 +39,29 @@ def participant_of(db: Session, token: str) -> ParticipantRow:
     participant = participants.by_token_hash(db, hash_of(token))
     if participant is None:
         raise UnknownLink
+    return participant
+
+
+class NoSuchParticipant(JoymapError):
+    """A participant nobody invited."""
+
+    status_code = 404
+    kind = "no-such-participant"
+
+    def __init__(self) -> None:
+        """Say so."""
+        super().__init__("There is no such participant.")
+
+
+def by_id(db: Session, participant_id: str) -> ParticipantRow:
+    """The participant of that id.
+
+    Raises:
+        NoSuchParticipant: If there is none.
+    """
+    participant = db.get(ParticipantRow, participant_id)
+    if participant is None:
+        raise NoSuchParticipant
     return participant
 
 

@@ -21,6 +21,17 @@ def still_open(db: Session, participant_id: str | None = None) -> list[DriveRow]
     return list(db.scalars(statement))
 
 
+def of_participant(db: Session, participant_id: str) -> list[DriveRow]:
+    """A participant's drives, in the order in which they began."""
+    return list(
+        db.scalars(
+            select(DriveRow)
+            .where(DriveRow.participant_id == participant_id)
+            .order_by(DriveRow.started_at, DriveRow.id)
+        )
+    )
+
+
 def last_chunk(db: Session, participant_id: str) -> SampleChunkRow | None:
     """The newest samples of a participant."""
     return db.scalar(

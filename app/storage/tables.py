@@ -180,7 +180,7 @@ class DriveRow(Row):
 
 
 class SampleChunkRow(Row):
-    """Ticks of a drive, in order: float64 rows of the columns in ``app.teleop.recorder``."""
+    """Ticks of a drive, in order: float64 rows of the columns in ``app.storage.ticks``."""
 
     __tablename__ = "sample_chunk"
     __table_args__ = (UniqueConstraint("drive_id", "first_tick"),)

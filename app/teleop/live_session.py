@@ -11,13 +11,13 @@ import numpy as np
 
 from app.scene.arm_scene import ArmScene
 from app.schemas.messages import PlaybackOut, ProgressOut, StatusOut
+from app.storage.ticks import HOLDS
 from app.teleop import feed_forward
-from app.teleop.edges import leaves
-from app.teleop.recorder import HOLDS, DriveLog
+from app.teleop.edges import keep_inside
+from app.teleop.recorder import DriveLog
 from app.teleop.show import Show
 from app.teleop.stick_filter import StickFilter
 from models.mapping import Mapping
-from models.panda import QD_MAX
 from models.simulation import Simulation
 from models.tasks import Task
 from models.tasks.attempt import Attempt, FreeDrive, Progress
@@ -252,11 +252,9 @@ class LiveSession:
             hold = None
             s = self._simulation.q
             z = drive.mapping.z(h, s)
-            a = drive.mapping.controller.decode(z, s)
-            # One factor for all joints, so that the hand keeps its direction.
-            a = a / max(1.0, float(np.max(np.abs(a) / QD_MAX)))
-            if leaves(self.task, self._simulation, a, dt_s):
-                hold, a = "edge", np.zeros(7)
+            controller = drive.mapping.controller
+            z, a, is_at_edge = keep_inside(self.task, self._simulation, controller, z, dt_s)
+            hold = "edge" if is_at_edge else None
         if a.any():
             self._simulation.set_target(self._simulation.target + a * dt_s)
         self._simulation.step(dt_s)

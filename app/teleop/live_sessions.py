@@ -13,9 +13,10 @@ from app.settings import Settings
 from app.storage import drives
 from app.storage.database import Database
 from app.storage.tables import ParticipantRow
+from app.storage.ticks import COLUMNS, unpack
 from app.teleop.live_session import LiveSession
 from app.teleop.loop import ControlLoop
-from app.teleop.recorder import COLUMNS, DriveLog, Recorder, unpack
+from app.teleop.recorder import DriveLog, Recorder
 from models.arm_kinematics import ArmKinematics
 from models.checkpoints import load_alignment
 from models.controller import LatentController

@@ -16,7 +16,7 @@ _OBSTACLE = Obstacle((0.5, 0.0), radius_m=0.045, height_m=0.15)
 _START_M = 0.11  # from the obstacle's middle, where an attempt begins
 _TURN_DEG = 360.0
 # A touch ends when nothing has touched for so long; one bump is not counted five times.
-_LET_GO_S = 0.3
+LET_GO_S = 0.3
 
 
 def _in_front() -> JointPositions:
@@ -46,7 +46,7 @@ class GoingRound(Attempt):
             # Who set out the wrong way turns round and begins; nothing is to be unwound.
             self._turned_deg[turn] = max(0.0, self._turned_deg[turn] + forth)
         if self.simulation.is_touching:
-            self.touches += self._untouched_s > _LET_GO_S
+            self.touches += self._untouched_s > LET_GO_S
             self._untouched_s = 0.0
         else:
             self._untouched_s += dt_s

@@ -38,7 +38,8 @@ function line({ id, label, created_at, step, answers, training, drives, driven_s
   const learning = training === null ? '–' : (TRAININGS[training] ?? training)
   const cells = [
     html('span', { class: 'chip', 'data-step': step }, STEPS[step] ?? step), String(answers),
-    html('span', { 'data-training': training }, learning), String(drives), drives === 0 ? '–' : durationInWords(driven_s),
+    html('span', { 'data-training': training }, learning),
+    drives === 0 ? '0' : html('a', { href: `participants/${id}`, 'aria-label': `Drives of ${label}: ${drives}` }, String(drives)), drives === 0 ? '–' : durationInWords(driven_s),
     html('time', { datetime: created_at, title: since.toLocaleString() }, since.toLocaleString([], { dateStyle: 'medium', timeStyle: 'short' })),
   ]
   return html('tr', { 'data-id': id, 'data-testid': `participant-${label}` },

@@ -21,7 +21,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from app.storage.database import make_engine
 from app.storage.tables import AlignmentRow, AnswerRow, DriveRow, JobRow, SampleChunkRow
-from app.teleop.recorder import COLUMNS, unpack
+from app.storage.ticks import COLUMNS, unpack
 from tests.running_server import Participant, RunningServer, running_server
 
 

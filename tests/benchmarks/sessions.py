@@ -21,7 +21,7 @@ from websockets.asyncio.client import connect
 
 from app.jobs.worker import NICENESS
 from app.storage.tables import SampleChunkRow
-from app.teleop.recorder import unpack
+from app.storage.ticks import unpack
 from models.alignment import STRATEGIES
 from models.queries import choose_queries
 from models.training import Labels, fit_alignment, settings_for

@@ -17,7 +17,7 @@ from sqlalchemy.orm import Session
 
 from app.storage.database import make_engine
 from app.storage.tables import AlignmentRow, DriveRow, QueryRow, SampleChunkRow
-from app.teleop.recorder import COLUMNS, HOLDS, unpack
+from app.storage.ticks import COLUMNS, HOLDS, unpack
 from models.checkpoints import load_alignment, load_controller
 from models.evaluation import direction_error_deg
 from models.kinematics import Kinematics

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from app.analysis.measures import Thresholds, heat_map, measure
-from app.teleop.recorder import COLUMNS, pack, unpack
+from app.storage.ticks import COLUMNS, pack, unpack
 
 RATE_HZ = 60
 AT = {name: index for index, name in enumerate(COLUMNS)}

@@ -10,7 +10,7 @@ from sqlalchemy import inspect, select, text
 
 from app.storage.database import Database, DatabaseInUse, make_engine, migrate
 from app.storage.tables import ParticipantRow, Row
-from app.teleop.recorder import COLUMNS, unpack
+from app.storage.ticks import COLUMNS, unpack
 from tests.app.factories import make_participant
 
 

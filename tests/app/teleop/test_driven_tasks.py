@@ -5,8 +5,9 @@ from functools import cache
 import numpy as np
 import pytest
 
+from app.storage.ticks import COLUMNS, HOLDS
 from app.teleop.live_session import LiveSession
-from app.teleop.recorder import COLUMNS, HOLDS, DriveLog
+from app.teleop.recorder import DriveLog
 from models.checkpoints import load_controller
 from models.kinematics import Kinematics
 from models.mapping import Mapping

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from app.storage.ticks import COLUMNS
 from app.teleop.live_session import LiveSession
-from app.teleop.recorder import COLUMNS, DriveLog
+from app.teleop.recorder import DriveLog
 from models.checkpoints import load_controller
 from models.mapping import Mapping
 from models.panda import Q_MAX, Q_MIN
@@ -175,6 +176,17 @@ def test_the_hand_stops_at_the_edge_and_comes_back(arm: Arm, stick: tuple[float,
     assert (hand[:2] < high + 0.05).all()
     assert np.linalg.norm(arm.tick(1.0, (-stick[0], -stick[1]))) > 0.05
     assert arm.hold() is None
+
+
+def test_who_pushes_along_an_edge_is_not_caught_there(arm: Arm) -> None:
+    arm.tick(12.0, (1.0, 0.0))
+    edge = arm.simulation.hand.position.copy()
+    arm.tick(0.7, (0.5, 0.8))  # out a little, and along
+    gone = arm.simulation.hand.position - edge
+    assert arm.hold() == "edge"
+    assert np.abs(gone[:2]).max() > 0.06
+    assert np.abs(gone[:2]).min() < 0.01
+    assert abs(gone[2]) < 0.02
 
 
 def test_joint_limits_are_kept_under_a_wild_stick(arm: Arm, rng: np.random.Generator) -> None:

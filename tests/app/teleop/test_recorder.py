@@ -7,7 +7,8 @@ from app.services import drives as drive_service
 from app.storage import drives
 from app.storage.database import Database
 from app.storage.tables import DriveRow
-from app.teleop.recorder import COLUMNS, DriveLog, Recorder, pack, unpack, unpack_props
+from app.storage.ticks import COLUMNS, pack, unpack, unpack_props
+from app.teleop.recorder import DriveLog, Recorder
 from tests.app.factories import make_participant, now
 
 

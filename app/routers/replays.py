@@ -1,0 +1,172 @@
+"""Drives as they were recorded: their measures, and their replay in the scene."""
+
+import asyncio
+import contextlib
+import json
+import time
+from dataclasses import asdict
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends, Path, WebSocket, WebSocketDisconnect
+from fastapi.responses import HTMLResponse
+from pydantic import ValidationError
+
+from app.routers.dependencies import ExperimenterOnly, Here, same_origin
+from app.routers.pages import page
+from app.scene.page import CONTENT_SECURITY_POLICY, scene_page
+from app.scene.server import SUBPROTOCOL
+from app.schemas.messages import SentenceOut
+from app.schemas.replay import (
+    REPLAY_MESSAGE,
+    DriveDetailOut,
+    DriveOut,
+    DrivesOut,
+    MeasuresOut,
+    PauseIn,
+    PlayIn,
+    SeekIn,
+    SpeedIn,
+)
+from app.services import accounts, records
+from app.services.records import NothingRecorded, Record
+from app.storage.tables import DriveRow, ParticipantRow
+from app.teleop.replay import Replay
+
+router = APIRouter(dependencies=[ExperimenterOnly, Depends(same_origin)])
+
+_EVERY_S = 1.0 / 30.0
+View = Annotated[str, Path(min_length=1, max_length=64)]
+
+
+@router.get("/api/participants/{participant_id}/drives")
+def read_drives(participant_id: str, here: Here) -> DrivesOut:
+    """A participant's drives, each with its measures."""
+    with here.database.read() as db:
+        participant = accounts.by_id(db, participant_id)
+        found = records.of_participant(db, participant_id)
+        lines = []
+        for drive in found:
+            record = None
+            with contextlib.suppress(NothingRecorded):
+                record = records.read(db, drive.id)
+            lines.append(DriveOut(**_facts(drive, record)))
+        return DrivesOut(label=accounts.label_of(participant), drives=lines)
+
+
+@router.get("/api/drives/{drive_id}")
+def read_drive(drive_id: str, here: Here) -> DriveDetailOut:
+    """A drive's measures, and what is drawn of it."""
+    with here.database.read() as db:
+        record = records.read(db, drive_id)
+        participant = db.get_one(ParticipantRow, record.drive.participant_id)
+        return DriveDetailOut(
+            **_facts(record.drive, record),
+            participant_id=participant.id,
+            label=accounts.label_of(participant),
+            task=record.task.title,
+            path=record.path(),
+            stick_map=record.stick_map(),
+        )
+
+
+@router.get("/participants/{participant_id}")
+def read_drives_page(participant_id: str, here: Here) -> HTMLResponse:
+    """The page of a participant's drives."""
+    with here.database.read() as db:
+        accounts.by_id(db, participant_id)
+    return HTMLResponse(page("drives.html"))
+
+
+@router.get("/drives/{drive_id}")
+def read_replay_page(drive_id: str, here: Here) -> HTMLResponse:
+    """The page of a replay."""
+    with here.database.read() as db:
+        records.read(db, drive_id)
+    return HTMLResponse(page("replay.html"))
+
+
+@router.get("/drives/{drive_id}/{view}/scene/")
+def read_picture_page(drive_id: str, view: View) -> HTMLResponse:
+    """The page of the picture, for the iframe."""
+    del drive_id, view
+    return HTMLResponse(
+        scene_page(),
+        headers={
+            "Content-Security-Policy": CONTENT_SECURITY_POLICY,
+            "X-Frame-Options": "SAMEORIGIN",
+        },
+    )
+
+
+@router.websocket("/drives/{drive_id}/{view}/scene")
+async def look(socket: WebSocket, drive_id: str, view: View, here: Here) -> None:
+    """The picture's own connection."""
+    if SUBPROTOCOL not in socket.scope["subprotocols"]:
+        await socket.close(1002, "This page is of another version; please reload it.")
+        return
+    async with here.replays.view(drive_id, view) as replay:
+        await socket.accept(SUBPROTOCOL)
+        await replay.scene.serve(socket)
+
+
+@router.websocket("/drives/{drive_id}/{view}/control")
+async def control(socket: WebSocket, drive_id: str, view: View, here: Here) -> None:
+    """Play, pause, seek, and hear which tick is shown."""
+    async with here.replays.view(drive_id, view) as replay:
+        await socket.accept()
+        playing = asyncio.create_task(_play(socket, replay))
+        try:
+            while True:
+                message = await socket.receive()
+                if message["type"] == "websocket.disconnect":
+                    break
+                sentence = _follow(message.get("text") or "", replay)
+                if sentence is not None:
+                    await socket.send_text(SentenceOut(sentence=sentence).model_dump_json())
+                # However many have come at once: everyone else's turn is between any two of them.
+                await asyncio.sleep(0)
+        except WebSocketDisconnect:  # while answering
+            pass
+        finally:
+            playing.cancel()
+
+
+def _follow(text: str, replay: Replay) -> str | None:
+    """Do what the page says; a sentence if that makes no sense."""
+    try:
+        match REPLAY_MESSAGE.validate_python(json.loads(text)):
+            case PlayIn():
+                replay.play(time.monotonic())
+            case PauseIn():
+                replay.pause()
+            case SeekIn(tick=tick):
+                replay.seek(tick)
+            case SpeedIn(speed=speed):
+                replay.speed = speed
+    except (ValidationError, ValueError, RecursionError):
+        return "This message was not understood."
+    return None
+
+
+async def _play(socket: WebSocket, replay: Replay) -> None:
+    """Show one tick after the other, and say which, at least once a second."""
+    told, told_s = "", 0.0
+    while True:
+        now_s = time.monotonic()
+        replay.advance(now_s)
+        status = replay.status().model_dump_json()
+        if status != told or now_s - told_s > 1.0:
+            await socket.send_text(status)
+            told, told_s = status, now_s
+        await asyncio.sleep(_EVERY_S)
+
+
+def _facts(drive: DriveRow, record: Record | None) -> dict[str, Any]:
+    return {
+        "id": drive.id,
+        "strategy": drive.strategy,
+        "started_at": drive.started_at.isoformat(timespec="seconds"),
+        "end": drive.end,
+        "ticks": 0 if record is None else len(record.rows),
+        "measures": None if record is None else MeasuresOut(**asdict(record.measures())),
+    }
