@@ -46,7 +46,7 @@ class Measures:
         undo_share: See :func:`undo_share`.
         idle_time_s: See :func:`idle_time`.
         evenness: See :func:`evenness`.
-        touches: See :func:`touches`; None where it was not recorded.
+        touches: See :func:`touches`; None where it was not recorded, or there is no obstacle.
         spills: See :func:`spills`; None where there are no beads.
         counts: What the task counted: touches, beads, ...
         is_success: Whether the task was achieved; None for one without a goal.
@@ -180,12 +180,13 @@ def touches(columns: Columns, thresholds: Thresholds) -> int | None:
 
 def spills(beads: Sequence[BeadCounts]) -> int | None:
     """How many beads were spilt: those that lie about at the end, and before each refill."""
-    if not beads:
-        return None
-    refills = [
-        before.spilt for before, now in pairwise(beads) if now.in_cup - before.in_cup > _REFILL
-    ]
-    return sum(refills) + beads[-1].spilt
+    return sum(filling.spilt for filling in fillings(beads)) if beads else None
+
+
+def fillings(beads: Sequence[BeadCounts]) -> list[BeadCounts]:
+    """Where the beads of each filling of the cup came to be: before each refill, and at the end."""
+    refills = [before for before, now in pairwise(beads) if now.in_cup - before.in_cup > _REFILL]
+    return [*refills, *beads[-1:]]
 
 
 def trajectory(columns: Columns) -> np.ndarray:

@@ -1,6 +1,6 @@
 """What was recorded of a drive, put together again, and what it says."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -66,7 +66,8 @@ class Record:
 
     def measures(self) -> Measures:
         """How it went."""
-        return measure(self.rows, COLUMNS, self.drive.outcome, beads=self.bead_counts())
+        found = measure(self.rows, COLUMNS, self.drive.outcome, beads=self.bead_counts())
+        return found if self.task.props.obstacle is not None else replace(found, touches=None)
 
     def bead_counts(self) -> list[BeadCounts]:
         """How many beads were where, at each tick; empty without beads."""

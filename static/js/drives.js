@@ -24,7 +24,7 @@ function table(drives) {
   const measured = drives.map(({ measures }) => new Map(measures === null ? [] : measuresInWords(measures)))
   const names = [...new Set(measured.flatMap((words) => [...words.keys()]))]
   const columns = ['Strategy', 'End', ...names, 'Replay']
-  return html('table', { class: 'table', 'data-testid': 'drives' },
+  return html('table', { class: 'table drives-table', 'data-testid': 'drives' },
     html('thead', {}, html('tr', {}, html('th', { scope: 'col' }, 'Began'), columns.map((name) => html('th', { scope: 'col' }, name)))),
     html('tbody', {}, drives.map((drive, index) => line(drive, columns, names.map((name) => measured[index].get(name) ?? '–')))))
 }
@@ -34,6 +34,6 @@ function line({ id: drive, strategy, started_at, end, ticks }, columns, values) 
   const look = ticks === 0 ? 'nothing recorded' : html('a', { href: `../drives/${drive}`, 'data-testid': 'replay' }, 'Look')
   const cells = [STRATEGIES[strategy] ?? strategy, endInWords(end), ...values, look]
   return html('tr', {},
-    html('th', { scope: 'row' }, html('time', { datetime: started_at }, began.toLocaleString([], { dateStyle: 'medium', timeStyle: 'medium' }))),
+    html('th', { scope: 'row' }, html('time', { datetime: started_at }, began.toLocaleString([], { month: 'short', day: 'numeric', hour: '2-digit', minute: '2-digit', second: '2-digit' }))),
     cells.map((cell, index) => html('td', { 'data-label': columns[index] }, cell)))
 }

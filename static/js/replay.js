@@ -58,14 +58,14 @@ function draw(status) {
 }
 
 addEventListener('keydown', (event) => {
-  if (event.code !== 'Space' || event.target instanceof HTMLButtonElement || event.target instanceof HTMLSelectElement) return
+  if (event.code !== 'Space' || event.repeat || event.ctrlKey || event.altKey || event.metaKey || event.target instanceof HTMLButtonElement || event.target instanceof HTMLSelectElement) return
   event.preventDefault()
   toggle()
 })
 
 scene.show()
 document.getElementById('controls').replaceChildren(
-  html('div', { class: 'replay-line' }, play, slider, clock, speed), html('div', { class: 'replay-stick' }, pad.element, says))
+  html('div', { class: 'replay-line' }, play, clock, speed, slider), html('div', { class: 'replay-stick' }, pad.element, says))
 try {
   const found = await api.get(`drives/${drive}`)
   document.getElementById('title').textContent = `${found.label}: ${found.task}`

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from app.analysis.measures import measure
+from app.analysis.measures import fillings, measure
 from app.services.records import Record, split_props
 from app.storage.ticks import COLUMNS, pack, pack_props, unpack, unpack_props
 from app.teleop.replay import Replay
@@ -54,7 +54,12 @@ def test_what_the_record_says_is_what_the_task_said(task: str, pack: PandaPack) 
         assert found.spills is None
     else:
         assert found.spills == said["spilt"]
-        assert found.touches == 0
+        assert found.touches is None
+        poured = [filling.in_bowls for filling in fillings(record_of(drive).bead_counts())]
+        if task == "pour-cup":  # the far bowl of the first cup, the near bowl of the second
+            assert (poured[0][0], poured[1][1]) == (said["far bowl"], said["near bowl"])
+        else:
+            assert poured == [(said["bowl"],)]
     if task == "pour-cup":
         assert said["spilt"] > 0
     assert found.completion_time_s == pytest.approx(
