@@ -10,7 +10,6 @@ from models.panda_pack import PandaPack
 from models.simulation import HandState
 from models.tasks import Task
 
-from .nodes import put
 from .props_view import PropsView
 from .robot_view import GHOST_COLOUR, GhostView, RobotView
 from .server import SceneServer, SceneSocket
@@ -33,7 +32,7 @@ class ArmScene:
     def __init__(self, pack: PandaPack, task: Task) -> None:
         """Set up table, arm, ghost and the task's props, and mark where the hand may go."""
         self._server = SceneServer()
-        scene = self._server.viser.scene
+        scene, poses = self._server.viser.scene, self._server.poses
         self._server.viser.initial_camera.position = task.look_from
         self._server.viser.initial_camera.look_at = task.look_at
         self._server.viser.initial_camera.fov = _CAMERA_FOV_RAD
@@ -57,9 +56,9 @@ class ArmScene:
             thickness=0.004,
         )
         self._arrows: viser.ArrowsHandle | None = None
-        self._props = PropsView(scene, task.props)
-        self._arm = RobotView(scene, pack)
-        self._ghost = GhostView(scene, pack)
+        self._props = PropsView(scene, poses, task.props)
+        self._arm = RobotView(scene, poses, pack)
+        self._ghost = GhostView(scene, poses, pack)
         self._hand = scene.add_icosphere(
             "/hand", radius=0.014, color=_HAND_COLOUR, cast_shadow=False
         )
@@ -87,18 +86,16 @@ class ArmScene:
 
     def show_arm(self, q: JointPositions, hand: Sequence[float] | np.ndarray) -> None:
         """Put the arm at ``q`` ``(7,)`` in [rad], with a mark under its hand ``(3,)`` in [m]."""
-        with self._server.viser.atomic():
-            self._arm.update(q)
-            x, y, z = hand
-            put(self._hand, (x, y, z))
-            put(self._foot, (x, y, 0.003))
-        self._server.flush()
+        self._arm.update(q)
+        x, y, z = hand
+        self._server.poses.put(self._hand, (x, y, z))
+        self._server.poses.put(self._foot, (x, y, 0.003))
+        self._server.poses.flush()
 
     def show_props(self, cup: HandState | None, beads: np.ndarray) -> None:
         """Put the cup and the beads ``(n, 3)`` in [m] where they are."""
-        with self._server.viser.atomic():
-            self._props.update(cup, beads)
-        self._server.flush()
+        self._props.update(cup, beads)
+        self._server.poses.flush()
 
     def show_move(self, end: JointPositions, hand_path: np.ndarray) -> None:
         """Show where a move ends, and the way ``(m, 3)`` of the hand in [m]."""

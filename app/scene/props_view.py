@@ -7,7 +7,7 @@ import viser
 from models.props import HANDLE_SIZE_M, WALL_M, Cup, Props
 from models.simulation import HandState
 
-from .nodes import put, scatter, turn
+from .poses import Poses
 
 _POST_COLOUR = (214, 84, 60)
 _BOWL_COLOURS = ((86, 150, 200), (120, 176, 120))
@@ -20,8 +20,9 @@ _ROUND = 28
 class PropsView:
     """The props of one scene; those that never move are drawn once."""
 
-    def __init__(self, scene: viser.SceneApi, props: Props) -> None:
+    def __init__(self, scene: viser.SceneApi, poses: Poses, props: Props) -> None:
         """Draw everything where it stands."""
+        self._poses = poses
         self._cup: viser.MeshHandle | None = None
         self._beads: viser.BatchedMeshHandle | None = None
         if props.obstacle is not None:
@@ -65,10 +66,10 @@ class PropsView:
     def update(self, cup: HandState | None, beads: np.ndarray) -> None:
         """Put cup and beads ``(n, 3)`` in [m] where they are."""
         if self._cup is not None and cup is not None:
-            put(self._cup, cup.position)
-            turn(self._cup, cup.wxyz)
+            self._poses.put(self._cup, cup.position)
+            self._poses.turn(self._cup, cup.wxyz)
         if self._beads is not None:
-            scatter(self._beads, beads)
+            self._poses.scatter(self._beads, beads)
 
 
 def _add(

@@ -13,7 +13,7 @@ from models.arrays import JointPositions
 from models.panda import FINGER_OPEN_M, JOINT_NAMES, LINK_NAMES
 from models.panda_pack import PandaPack
 
-from .nodes import turn
+from .poses import Poses
 
 GHOST_COLOUR = (46, 134, 171)
 GHOST_OPACITY = 0.35
@@ -66,8 +66,11 @@ def _links(pack: PandaPack) -> tuple[_Link, ...]:
 class RobotView:
     """One Panda in one scene."""
 
-    def __init__(self, scene: viser.SceneApi, pack: PandaPack, root: str = "/arm") -> None:
+    def __init__(
+        self, scene: viser.SceneApi, poses: Poses, pack: PandaPack, root: str = "/arm"
+    ) -> None:
         """Add the arm under the node ``root``."""
+        self._poses = poses
         scene.add_frame(root, show_axes=False)
         self._joints = _add_links(
             pack,
@@ -79,14 +82,17 @@ class RobotView:
 
     def update(self, q: JointPositions) -> None:
         """Turn the arm to ``q`` ``(7,)`` in [rad]."""
-        _turn(self._joints, q)
+        _turn(self._poses, self._joints, q)
 
 
 class GhostView:
     """A see-through Panda that shows where a move ends."""
 
-    def __init__(self, scene: viser.SceneApi, pack: PandaPack, root: str = "/ghost") -> None:
+    def __init__(
+        self, scene: viser.SceneApi, poses: Poses, pack: PandaPack, root: str = "/ghost"
+    ) -> None:
         """Add the ghost, unseen at first."""
+        self._poses = poses
         self._frame = scene.add_frame(root, show_axes=False, visible=False)
 
         def add(name: str, link: _Link) -> viser.SceneNodeHandle:
@@ -110,7 +116,7 @@ class GhostView:
 
     def show(self, q: JointPositions) -> None:
         """Stand at ``q`` ``(7,)`` in [rad]."""
-        _turn(self._joints, q)
+        _turn(self._poses, self._joints, q)
         self._frame.visible = True
 
     def hide(self) -> None:
@@ -131,13 +137,13 @@ def _add_links(
     ]
 
 
-def _turn(joints: list[_Joint], q: JointPositions) -> None:
+def _turn(poses: Poses, joints: list[_Joint], q: JointPositions) -> None:
     half = 0.5 * np.asarray(q)
     cosines, sines = np.cos(half).tolist(), np.sin(half).tolist()
     for joint, c, s in zip(joints, cosines, sines, strict=True):
         w, x, y, z = joint.rest
         # A joint's own axis is its z: the rest rotation times (c, 0, 0, s).
-        turn(joint.handle, (w * c - z * s, x * c + y * s, y * c - x * s, z * c + w * s))
+        poses.turn(joint.handle, (w * c - z * s, x * c + y * s, y * c - x * s, z * c + w * s))
 
 
 @cache

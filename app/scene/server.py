@@ -10,14 +10,15 @@ names of viser 1.1.1, which is pinned; docs/decisions/0003 says why.
 import asyncio
 import contextlib
 import io
-from collections.abc import Callable, MutableMapping
+from collections.abc import AsyncGenerator, Callable, MutableMapping, Sequence
 from typing import Any, Protocol
 
 import viser
 from viser import infra
 from viser._messages import ReplayDoneMessage
-from viser.infra import _infra
 from viser.infra._async_message_buffer import AsyncMessageBuffer
+
+from .poses import Poses, encode
 
 SUBPROTOCOL = f"viser-v{viser.__version__}"
 
@@ -56,16 +57,6 @@ class _PortlessServer(infra.WebsockServer):
         self._broadcast_buffer.set_done()
 
 
-class _Outlet:
-    """What viser's message producer takes for a websocket."""
-
-    def __init__(self, socket: SceneSocket) -> None:
-        self._socket = socket
-
-    async def send(self, data: bytes) -> None:
-        await self._socket.send_bytes(data)
-
-
 class SceneServer:
     """One scene that any number of checked websockets may look at. Make it on the event loop."""
 
@@ -79,6 +70,7 @@ class SceneServer:
                 self.viser = viser.ViserServer(verbose=False)
         finally:
             infra.WebsockServer = listening  # type: ignore[misc]
+        self.poses = Poses()
         self._next_viewer = 0
         self.viewers = 0
 
@@ -89,25 +81,43 @@ class SceneServer:
         self.viewers += 1
         # Whoever joins late need not hear of nodes that are gone.
         self.viser._run_garbage_collector()
-        producer = asyncio.create_task(
-            _infra._message_producer(
-                _Outlet(socket),  # type: ignore[arg-type]
-                self.viser._websock_server.get_message_buffer(),
-                viewer,
-                backlog_done_message=ReplayDoneMessage(),
-            )
+        windows = self.viser._websock_server.get_message_buffer().window_generator(
+            viewer, backlog_done_message=ReplayDoneMessage()
         )
-        reader = asyncio.create_task(_drop_everything(socket))
+        tasks = {
+            asyncio.create_task(self._tell(socket, windows)),
+            asyncio.create_task(_drop_everything(socket)),
+        }
         try:
-            await asyncio.wait({producer, reader}, return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         finally:
             self.viewers -= 1
-            for task in (producer, reader):
+            for task in tasks:
                 task.cancel()
-            await asyncio.gather(producer, reader, return_exceptions=True)
+            await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def _tell(
+        self, socket: SceneSocket, windows: AsyncGenerator[Sequence[infra.Message], None]
+    ) -> None:
+        """What there is, then what moves and what else changes, until the scene is closed."""
+        following: asyncio.Task[None] | None = None
+        try:
+            async with contextlib.aclosing(windows):
+                async for window in windows:
+                    arrays: list[memoryview] = []
+                    messages = [message.as_serializable_dict(arrays) for message in window]
+                    await socket.send_bytes(encode(messages, arrays))
+                    if isinstance(window[-1], ReplayDoneMessage):
+                        # The nodes are there now; only then can they be put somewhere.
+                        following = asyncio.create_task(self.poses.follow(socket.send_bytes))
+        finally:
+            if following is not None:
+                following.cancel()
+                await asyncio.gather(following, return_exceptions=True)
 
     def flush(self) -> None:
-        """Send what is queued now instead of at viser's next window."""
+        """Send what is queued now instead of at viser's next window, and what has moved."""
+        self.poses.flush()
         self.viser.flush()
 
     def close(self) -> None:

@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session
 from app.errors import IdReused, JoymapError, WrongStep
 from app.services import flow, training
 from app.storage import drives, jobs
-from app.storage.tables import AlignmentRow, DriveRow, ParticipantRow, SampleChunkRow
+from app.storage.tables import AlignmentRow, DriveRow, ParticipantRow
 
 NO_ALIGN = "no-align"
 
@@ -50,6 +50,18 @@ class OpenedDrive:
     id: str
     strategy: str
     alignment_file: str | None  # None: the stick is the latent action
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Some ticks of a drive as they are stored (see :class:`SampleChunkRow`)."""
+
+    drive_id: str
+    first_tick: int
+    ticks: int
+    last_monotonic_s: float
+    samples: bytes
+    props: bytes | None
 
 
 def open_drive(
@@ -125,26 +137,9 @@ def end_all(db: Session, why: str) -> None:
         _end(drive, why)
 
 
-def keep_samples(
-    db: Session,
-    drive_id: str,
-    first_tick: int,
-    ticks: int,
-    last_s: float,
-    samples: bytes,
-    props: bytes | None,
-) -> None:
-    """Keep a chunk of a drive's samples, and where its props were."""
-    db.add(
-        SampleChunkRow(
-            drive_id=drive_id,
-            first_tick=first_tick,
-            ticks=ticks,
-            last_monotonic_s=last_s,
-            samples=samples,
-            props=props,
-        )
-    )
+def keep_samples(db: Session, chunks: list[Chunk]) -> None:
+    """Keep chunks of drives' samples, and where their props were."""
+    drives.add_chunks(db, [vars(chunk) for chunk in chunks])
 
 
 def _end(drive: DriveRow, why: str) -> None:

@@ -1,8 +1,9 @@
 """Asking the database about drives and their samples."""
 
 from collections.abc import Sequence
+from typing import Any
 
-from sqlalchemy import func, select
+from sqlalchemy import func, insert, select
 from sqlalchemy.orm import Session
 
 from .tables import DriveRow, SampleChunkRow
@@ -52,6 +53,12 @@ def chunks(db: Session, drive_id: str) -> Sequence[SampleChunkRow]:
             .order_by(SampleChunkRow.first_tick)
         )
     )
+
+
+def add_chunks(db: Session, rows: list[dict[str, Any]]) -> None:
+    """Add chunks of samples, all in one statement."""
+    if rows:
+        db.execute(insert(SampleChunkRow), rows)
 
 
 def counts(db: Session) -> dict[str, tuple[int, int]]:

@@ -133,7 +133,8 @@ class JobRow(Row):
     attempt: Mapped[int]  # how often a worker has begun it
     data_hash: Mapped[str]
     seed: Mapped[int]
-    report: Mapped[dict[str, Any]]  # curves and learned fields, as far as they have come
+    # Curves and learned fields, as far as they have come: long, and read by few.
+    report: Mapped[dict[str, Any]] = mapped_column(deferred=True)
     fraction: Mapped[float]
     error: Mapped[str | None]
     training_s: Mapped[float | None]

@@ -87,25 +87,23 @@ class Recorder:
         return True
 
     def _store(self, items: list[_Chunk | _End]) -> None:
-        packed = [
-            None
-            if isinstance(item, _End)
-            else (pack(item.rows), pack_props(item.props) if item.props.size else None)
+        chunks = [
+            drives.Chunk(
+                item.drive_id,
+                item.first_tick,
+                len(item.rows),
+                float(item.rows[-1, 0]),
+                pack(item.rows),
+                pack_props(item.props) if item.props.size else None,
+            )
             for item in items
+            if isinstance(item, _Chunk)
         ]
         with self._database.write() as db:
-            for item, blobs in zip(items, packed, strict=True):
+            drives.keep_samples(db, chunks)
+            for item in items:
                 if isinstance(item, _End):
                     drives.end(db, item.drive_id, item.why, item.outcome)
-                elif blobs is not None:
-                    drives.keep_samples(
-                        db,
-                        item.drive_id,
-                        item.first_tick,
-                        len(item.rows),
-                        float(item.rows[-1, 0]),
-                        *blobs,
-                    )
 
 
 class DriveLog:

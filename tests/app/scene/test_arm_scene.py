@@ -5,9 +5,11 @@ import threading
 from collections.abc import Awaitable, Callable
 from typing import Any
 
+import msgspec
 import mujoco
 import numpy as np
 import pytest
+import zstandard
 from scipy.spatial.transform import Rotation
 
 from app.scene.arm_scene import ArmScene
@@ -26,8 +28,11 @@ class FakePage:
     def __init__(self) -> None:
         self.received: list[bytes] = []
         self.leaving = asyncio.Event()
+        self.may_read = asyncio.Event()
+        self.may_read.set()
 
     async def send_bytes(self, data: bytes) -> None:
+        await self.may_read.wait()
         self.received.append(data)
 
     async def receive(self) -> dict[str, Any]:
@@ -44,18 +49,20 @@ def test_the_picture_of_the_arm_is_where_the_physics_has_it(
 ) -> None:
     async def scenario() -> None:
         server = SceneServer()
-        view = RobotView(server.viser.scene, pack)
+        view = RobotView(server.viser.scene, server.poses, pack)
         mj_model = compiled(pack)
         mj_data = mujoco.MjData(mj_model)
         place = {link.name: link for link in _links(pack)}
         for q in rng.uniform(Q_MIN, Q_MAX, (30, 7)):
             view.update(q)
+            server.flush()
             mj_data.qpos[:7] = q
             mujoco.mj_kinematics(mj_model, mj_data)
             at, turned = np.zeros(3), Rotation.identity()
             for name, joint in zip(LINK_NAMES[1:8], view._joints, strict=True):
                 at = at + turned.apply(place[name].position)
-                turned = turned * Rotation.from_quat(joint.handle.wxyz, scalar_first=True)
+                wxyz = server.poses.newest["SetOrientationMessage", joint.handle.name]
+                turned = turned * Rotation.from_quat(wxyz, scalar_first=True)
             body = mj_model.body("panda_link7").id
             assert at == pytest.approx(mj_data.xpos[body], abs=1e-4)
             found = Rotation.from_quat(mj_data.xquat[body], scalar_first=True)
@@ -104,6 +111,74 @@ def test_a_pose_is_sent_without_waiting_for_visers_window(pack: PandaPack) -> No
             await asyncio.sleep(0.002)
             assert len(page.received) > count
             await asyncio.sleep(0.05)
+        page.leaving.set()
+        await looking
+        scene.close()
+
+    run(scenario)
+
+
+def test_a_pose_is_on_the_wire_as_viser_would_write_it(pack: PandaPack) -> None:
+    async def scenario() -> None:
+        server = SceneServer()
+        frame = server.viser.scene.add_frame("/frame")
+        beads = server.viser.scene.add_batched_meshes_simple(
+            "/beads",
+            vertices=np.eye(3, dtype=np.float32),
+            faces=np.array([[0, 1, 2]], dtype=np.uint32),
+            batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (5, 1)),
+            batched_positions=np.zeros((5, 3)),
+        )
+        page = FakePage()
+        looking = asyncio.create_task(server.serve(page))
+        await asyncio.sleep(0.2)
+        page.received.clear()
+        frame.position = (0.1, 0.2, 0.3)
+        frame.wxyz = (0.0, 1.0, 0.0, 0.0)
+        beads.batched_positions = np.arange(15.0).reshape(5, 3)
+        server.viser.flush()
+        await asyncio.sleep(0.2)
+        (theirs,) = page.received
+        page.received.clear()
+        server.poses.put(frame, np.array([0.1, 0.2, 0.3]))
+        server.poses.turn(frame, np.array([0.0, 1.0, 0.0, 0.0]))
+        server.poses.scatter(beads, np.arange(15.0).reshape(5, 3))
+        server.flush()
+        await asyncio.sleep(0.1)
+        (ours,) = page.received
+        assert _read(ours) == _read(theirs)
+        page.leaving.set()
+        await looking
+        server.close()
+
+    run(scenario)
+
+
+def _read(data: bytes) -> tuple[list[Any], bytes]:
+    """What a message on viser's wire says, without its time, and its arrays."""
+    packed_end = 16 + int.from_bytes(data[8:16], "little")
+    inner = msgspec.msgpack.decode(zstandard.ZstdDecompressor().decompress(data[16:packed_end]))
+    lengths = inner["binaryBufferLengths"]
+    arrays = data[-(-packed_end // 8) * 8 :] if lengths else b""
+    assert len(arrays) == sum(lengths)
+    return sorted(inner["messages"], key=lambda each: str(each["type"])), arrays
+
+
+def test_who_reads_slowly_hears_of_the_newest_place_only(pack: PandaPack) -> None:
+    async def scenario() -> None:
+        scene, page = ArmScene(pack, get_task("plane")), FakePage()
+        looking = asyncio.create_task(scene.serve(page))
+        await asyncio.sleep(0.3)
+        page.may_read.clear()
+        before = len(page.received)
+        for step in range(50):
+            scene.show_arm(Q_HOME + 0.01 * (step + 1), np.array([step, 0.0, 0.0]))
+            await asyncio.sleep(0)
+        page.may_read.set()
+        await asyncio.sleep(0.1)
+        assert len(page.received) - before == 2  # the one it was reading, and the newest
+        messages, _ = _read(page.received[-1])
+        assert [49.0, 0.0, 0.0] in [message.get("position") for message in messages]
         page.leaving.set()
         await looking
         scene.close()
