@@ -7,6 +7,8 @@ import logging
 import uuid
 from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
+from datetime import UTC, datetime
+from functools import cache
 from typing import Any, cast
 
 import torch
@@ -20,7 +22,7 @@ from app.errors import JoymapError
 from app.jobs.supervisor import Supervisor
 from app.routers import ROUTERS, pages
 from app.routers.dependencies import Service
-from app.services import drives, queries
+from app.services import drives, enrolment, protocols, queries
 from app.settings import STATIC_DIR, Settings
 from app.storage.database import Database
 from app.teleop.live_sessions import LiveSessions
@@ -28,9 +30,11 @@ from app.teleop.replay import Replays
 from models.checkpoints import load_controller
 from models.kinematics import Kinematics
 from models.panda_pack import open_pack
+from models.task_space import Survey
 from models.tasks import TASKS
 
 _LOG = logging.getLogger(__name__)
+_FREE_EVERY_S = 600.0
 
 
 def create_app(settings: Settings) -> FastAPI:
@@ -43,11 +47,11 @@ def create_app(settings: Settings) -> FastAPI:
         pack = open_pack(settings.pack_dir)
         kinematics = Kinematics.from_urdf(pack.urdf)
         controllers: dict[str, LatentController] = {name: load_controller(name) for name in TASKS}
-        surveys = {
-            name: queries.survey_task(name, controller, kinematics)
-            for name, controller in controllers.items()
-            if settings.queries == "designed"
-        }
+
+        @cache
+        def survey(task: str) -> Survey:
+            return queries.survey_task(task, controllers[task], kinematics)
+
         supervisor = Supervisor(database, settings)
         service = Service(
             settings=settings,
@@ -57,16 +61,18 @@ def create_app(settings: Settings) -> FastAPI:
             supervisor=supervisor,
             controllers=controllers,
             kinematics=kinematics,
-            surveys=surveys,
+            survey=survey,
             boot=str(uuid.uuid4()),
         )
         app.state.service = service
         supervisor.recover()
         with database.write() as db:
             drives.end_all(db, "server stopped")
+            protocols.demo(db, settings)
         running = [
             asyncio.create_task(service.live.run(), name="live sessions"),
             asyncio.create_task(supervisor.run(), name="training"),
+            asyncio.create_task(_free_places(database), name="freeing places"),
         ]
         for task in running:
             task.add_done_callback(_report)
@@ -90,6 +96,18 @@ def create_app(settings: Settings) -> FastAPI:
     app.add_exception_handler(RequestValidationError, _not_understood)
     app.add_exception_handler(HTTPException, cast(Any, _http_error))
     return app
+
+
+async def _free_places(database: Database) -> None:
+    """Give the places of those who are gone for good to others."""
+
+    def free() -> None:
+        with database.write() as db:
+            enrolment.free_abandoned(db, datetime.now(UTC))
+
+    while True:
+        await asyncio.to_thread(free)
+        await asyncio.sleep(_FREE_EVERY_S)
 
 
 def _report(task: asyncio.Task[None]) -> None:

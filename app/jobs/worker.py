@@ -20,7 +20,6 @@ import torch
 
 from app.services import queries
 from app.services.training import (
-    LEARNED_STRATEGIES,
     TrainedAlignment,
     TrainingOrder,
     TrainingOutcome,
@@ -65,9 +64,9 @@ def train(order: TrainingOrder) -> TrainingOutcome:
     controller, kinematics, spread = _tools(order.task, str(order.pack_dir))
     task = get_task(order.task)
     pool = queries.draw_pool(order.task, order.pool_seed, controller, kinematics, order.unlabelled)
-    report = Report(order.folder / f"{order.name}.progress", len(LEARNED_STRATEGIES))
+    report = Report(order.folder / f"{order.name}.progress", len(order.strategies))
     trained = []
-    for strategy in (get_strategy(name) for name in LEARNED_STRATEGIES):
+    for strategy in (get_strategy(name) for name in order.strategies):
         settings: TrainingSettings | None = None
         if strategy.kind == "task-space":
             seen = survey(task, kinematics, pool)

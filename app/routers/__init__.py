@@ -1,5 +1,12 @@
 """The doors, in reading order."""
 
-from app.routers import experimenter, live, pages, participants, replays
+from app.routers import experimenter, join, live, pages, participants, replays
 
-ROUTERS = (pages.router, participants.router, live.router, experimenter.router, replays.router)
+ROUTERS = (
+    pages.router,
+    join.router,
+    participants.router,
+    live.router,
+    experimenter.router,
+    replays.router,
+)

@@ -1,5 +1,6 @@
 """What routers are given: access is visible in their signatures."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -8,7 +9,7 @@ from fastapi.requests import HTTPConnection
 
 from app.errors import ForeignOrigin
 from app.jobs.supervisor import Supervisor
-from app.services import accounts
+from app.services import accounts, enrolment
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.tables import ParticipantRow
@@ -32,7 +33,7 @@ class Service:
     supervisor: Supervisor
     controllers: dict[str, LatentController]
     kinematics: Kinematics
-    surveys: dict[str, Survey]
+    survey: Callable[[str], Survey]  # of a task, made when it is first asked for
     boot: str  # names this start of the server; its monotonic times belong together
 
 
@@ -46,7 +47,7 @@ Here = Annotated[Service, Depends(_service)]
 
 def _participant(token: str, here: Here) -> ParticipantRow:
     with here.database.read() as db:
-        participant = accounts.participant_of(db, token)
+        participant = enrolment.participant_of(db, token)
         db.expunge(participant)
         return participant
 

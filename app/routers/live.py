@@ -130,10 +130,12 @@ def _refuse(constant: str) -> NoReturn:
 async def _tell(socket: WebSocket, session: LiveSession, tab: str) -> None:
     """Tell a page what the arm is doing, when that changes and at least once a second."""
     told, told_s = "", 0.0
-    while True:
+    while not session.is_closed:
         now = time.monotonic()
         status = session.status(tab, now).model_dump_json()
         if status != told or now - told_s > _STATUS_AT_LEAST_S:
             await socket.send_text(status)
             told, told_s = status, now
         await asyncio.sleep(_STATUS_S)
+    # The person has gone on to another task: whoever comes back gets the arm of that one.
+    await socket.close(1012)

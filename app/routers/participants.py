@@ -1,75 +1,79 @@
 """A participant's steps over HTTP. Each request is one transaction, answered after its commit."""
 
 import time
-from dataclasses import asdict
+from datetime import UTC, datetime
 
 from fastapi import APIRouter, Depends, Response
 from fastapi.concurrency import run_in_threadpool
+from sqlalchemy.orm import Session
 
 from app.errors import WrongStep
 from app.routers.dependencies import CurrentParticipant, Here, Service, same_origin
 from app.schemas.participants import (
     AnswerIn,
     ConsentIn,
-    ConsentOut,
     DriveIn,
     DriveOut,
-    GivenOut,
-    QueryOut,
+    QuestionnaireIn,
     SessionOut,
     StepDoneIn,
+    StepKeyIn,
     StickSettingsIn,
-    StickSettingsOut,
-    StrategyOut,
     TrainingOut,
+    WithdrawIn,
 )
-from app.services import accounts, flow, queries, training
+from app.services import consent as consent_service
 from app.services import drives as drive_service
+from app.services import (
+    enrolment,
+    flow,
+    protocols,
+    queries,
+    responses,
+    training,
+    visit,
+    withdrawal,
+)
 from app.services import stick as stick_service
 from app.storage.tables import ParticipantRow
-from models.tasks import get_task
 
 router = APIRouter(prefix="/p/{token}/api", dependencies=[Depends(same_origin)])
+
+_STALE_S = 60.0  # how exactly it is noted when somebody was last there
 
 
 @router.get("/session")
 def read_session(participant: CurrentParticipant, here: Here) -> SessionOut:
     """Where the person is."""
-    if participant.opened_at is None:
+    now = datetime.now(UTC)
+    is_stale = participant.seen_at is None or (now - participant.seen_at).total_seconds() > _STALE_S
+    if participant.opened_at is None or is_stale or participant.state == "abandoned":
         with here.database.write() as db:
-            accounts.note_opened(db.get_one(ParticipantRow, participant.id))
+            row = db.get_one(ParticipantRow, participant.id)
+            enrolment.note_seen(row, now)
+            if row.state == "abandoned":
+                enrolment.come_back(db, row)
     return _session(here, participant.id)
 
 
 @router.post("/consent")
 def give_consent(consent: ConsentIn, participant: CurrentParticipant, here: Here) -> SessionOut:
     """The person agrees to take part."""
-    if consent.version != flow.CONSENT.version:
-        raise WrongStep("The text has changed meanwhile; please reload the page.")
     with here.database.write() as db:
         row = db.get_one(ParticipantRow, participant.id)
-        flow.advance(db, row, str(consent.id), "consent", {"version": consent.version})
+        protocol, version = protocols.of_participant(db, row)
+        if consent.version != consent_service.version_of(protocol):
+            raise WrongStep("The text has changed meanwhile; please reload the page.")
+        detail = {"version": consent.version, "protocol": version}
+        flow.advance(db, row, str(consent.id), "consent", detail=detail)
+        _draw(here, db, row)
     return _session(here, participant.id)
 
 
 @router.post("/practice")
 def finish_practice(done: StepDoneIn, participant: CurrentParticipant, here: Here) -> SessionOut:
     """The person has practised; their questions are drawn."""
-    drawn = []
-    if participant.step == "practice":
-        drawn = queries.draw(
-            participant,
-            here.controllers[participant.task],
-            here.kinematics,
-            here.settings.unlabelled_states,
-            here.settings.labels_wanted,
-            here.settings.queries == "designed",
-        )
-    with here.database.write() as db:
-        row = db.get_one(ParticipantRow, participant.id)
-        if flow.advance(db, row, str(done.id), "practice"):
-            db.add_all(drawn)
-    return _session(here, participant.id)
+    return _advance(here, participant.id, str(done.id), "practice")
 
 
 @router.post("/answers")
@@ -97,7 +101,8 @@ async def set_stick(
 def read_training(participant: CurrentParticipant, here: Here) -> TrainingOut:
     """How far the training is."""
     with here.database.read() as db:
-        return training.status(db, participant)
+        row = db.get_one(ParticipantRow, participant.id)
+        return training.status(db, row, flow.here(db, row))
 
 
 @router.post("/training/retry")
@@ -109,47 +114,105 @@ async def retry_training(participant: CurrentParticipant, here: Here) -> Trainin
 
 
 @router.post("/driving")
-def begin_driving(done: StepDoneIn, participant: CurrentParticipant, here: Here) -> SessionOut:
-    """The person has seen what was learned and goes on to drive."""
-    with here.database.write() as db:
-        row = db.get_one(ParticipantRow, participant.id)
-        if row.step == "training" and not training.is_ready(db, row):
-            raise WrongStep("It is too early for that: the robot is still learning.")
-        flow.advance(db, row, str(done.id), "training")
-    return _session(here, participant.id)
+async def begin_driving(
+    done: StepDoneIn, participant: CurrentParticipant, here: Here
+) -> SessionOut:
+    """The robot has learned, and the person goes on to drive."""
+    return await run_in_threadpool(_advance, here, participant.id, str(done.id), "training")
+
+
+@router.post("/block")
+async def finish_block(done: StepKeyIn, participant: CurrentParticipant, here: Here) -> SessionOut:
+    """The person has driven under one way of steering and goes on."""
+    session = await run_in_threadpool(
+        _advance, here, participant.id, str(done.id), "block", done.key
+    )
+    await here.live.follow_step(participant.id)
+    return session
+
+
+@router.post("/questions")
+async def answer_questions(
+    given: QuestionnaireIn, participant: CurrentParticipant, here: Here
+) -> SessionOut:
+    """The person has filled in a questionnaire; the same one twice is kept once."""
+    await run_in_threadpool(_fill_in, here, participant.id, given)
+    await here.live.follow_step(participant.id)
+    return await run_in_threadpool(_session, here, participant.id)
+
+
+@router.post("/withdraw")
+async def withdraw(wanted: WithdrawIn, participant: CurrentParticipant, here: Here) -> SessionOut:
+    """The person stops taking part, and may have what they gave erased."""
+    await run_in_threadpool(_withdraw, here, participant.id, wanted)
+    await here.live.follow_step(participant.id)
+    if wanted.erase:
+        # What the arm's last ticks left on their way to the database goes too.
+        await here.live.recorder.write_waiting()
+        await run_in_threadpool(
+            withdrawal.erase, here.database, here.settings.data_dir, participant.id
+        )
+    return await run_in_threadpool(_session, here, participant.id)
 
 
 @router.post("/drives", status_code=201)
 async def open_drive(drive: DriveIn, participant: CurrentParticipant, here: Here) -> DriveOut:
-    """The person drives under a strategy from now on."""
+    """The person drives from now on."""
     opened = await run_in_threadpool(_open_drive, here, participant.id, drive)
     await here.live.start_drive(participant, opened)
-    return DriveOut(id=opened.id, strategy=opened.strategy)
+    return DriveOut(id=opened.id, strategy=None if opened.is_blinded else opened.strategy)
+
+
+def _draw(here: Service, db: Session, row: ParticipantRow) -> None:
+    """Draw the moves to ask about, if the person has just come to a task's questions."""
+    at = flow.here(db, row)
+    if at.step.kind == "queries" and not queries.are_drawn(db, row, at.task.task):
+        db.add_all(queries.draw(row, at.task, here.controllers[at.task.task], here.kinematics))
+        db.flush()
+
+
+def _advance(
+    here: Service, participant_id: str, event_id: str, kind: flow.Kind, key: str | None = None
+) -> SessionOut:
+    with here.database.write() as db:
+        row = db.get_one(ParticipantRow, participant_id)
+        at = flow.here(db, row)
+        if at.step.kind == kind == "training" and not training.is_ready(db, row, at.task.task):
+            raise WrongStep("It is too early for that: the robot is still learning.")
+        if at.step.kind == kind == "block" and key == at.step.key:
+            if not drive_service.is_over(db, row, at):
+                raise WrongStep("It is too early for that: first drive the arm.")
+            drive_service.end_open(db, row)
+        flow.advance(db, row, event_id, kind, key)
+        _draw(here, db, row)
+    return _session(here, participant_id)
 
 
 def _record(here: Service, participant_id: str, answer: AnswerIn) -> bool:
-    wanted = here.settings.labels_wanted
     with here.database.write() as db:
         row = db.get_one(ParticipantRow, participant_id)
-        is_new = queries.record(db, row, answer, wanted)
-        if is_new and _has_said_enough(here, row, queries.asked(db, row, wanted)):
-            training.enqueue(db, row, wanted)
-            row.step = "training"
+        at = flow.here(db, row)
+        is_new = queries.record(db, row, answer)
+        row.seen_at = datetime.now(UTC)
+        if is_new and _has_said_enough(here, at, queries.asked(db, row, at.task)):
+            training.enqueue(db, row, at.task)
+            flow.go_on(row, at)
     return is_new
 
 
-def _has_said_enough(
-    here: Service, participant: ParticipantRow, questions: list[queries.Question]
-) -> bool:
-    if queries.is_complete(questions) or here.settings.queries == "random":
+def _has_said_enough(here: Service, at: flow.Here, questions: list[queries.Question]) -> bool:
+    task = at.task
+    if queries.is_complete(questions) or task.questions == "random":
         return queries.is_complete(questions)
-    return queries.is_enough(
-        participant.task,
-        questions,
-        here.kinematics,
-        here.surveys[participant.task],
-        here.settings.enough_error,
-    )
+    seen = here.survey(task.task)
+    return queries.is_enough(task.task, questions, here.kinematics, seen, task.enough_error)
+
+
+def _fill_in(here: Service, participant_id: str, given: QuestionnaireIn) -> None:
+    with here.database.write() as db:
+        row = db.get_one(ParticipantRow, participant_id)
+        if responses.record(db, row, given):
+            _draw(here, db, row)
 
 
 def _set_stick(here: Service, participant_id: str, wanted: StickSettingsIn) -> None:
@@ -159,7 +222,14 @@ def _set_stick(here: Service, participant_id: str, wanted: StickSettingsIn) -> N
 
 def _retry(here: Service, participant_id: str) -> None:
     with here.database.write() as db:
-        training.retry(db, db.get_one(ParticipantRow, participant_id))
+        row = db.get_one(ParticipantRow, participant_id)
+        training.retry(db, row, flow.here(db, row).task.task)
+
+
+def _withdraw(here: Service, participant_id: str, wanted: WithdrawIn) -> None:
+    with here.database.write() as db:
+        row = db.get_one(ParticipantRow, participant_id)
+        withdrawal.withdraw(db, row, str(wanted.id))
 
 
 def _open_drive(here: Service, participant_id: str, drive: DriveIn) -> drive_service.OpenedDrive:
@@ -176,34 +246,4 @@ def _open_drive(here: Service, participant_id: str, drive: DriveIn) -> drive_ser
 
 def _session(here: Service, participant_id: str) -> SessionOut:
     with here.database.read() as db:
-        participant = db.get_one(ParticipantRow, participant_id)
-        questions = queries.asked(db, participant, here.settings.labels_wanted)
-        return SessionOut(
-            step=participant.step,  # type: ignore[arg-type]
-            consent=ConsentOut(
-                version=flow.CONSENT.version,
-                title=flow.CONSENT.title,
-                paragraphs=list(flow.CONSENT.paragraphs),
-            ),
-            practice_s=here.settings.practice_s,
-            queries=[_query_out(question) for question in questions],
-            labels_wanted=here.settings.labels_wanted,
-            may_end_early=here.settings.queries == "designed",
-            field_says=get_task(participant.task).field_says,
-            strategies=[
-                StrategyOut(name=choice.name, title=choice.title, note=choice.note)
-                for choice in drive_service.STRATEGIES
-            ],
-            may_switch_arrows=here.settings.arrows == "switch",
-            notice=queries.notice(questions) if participant.step == "queries" else None,
-            stick=StickSettingsOut(**asdict(stick_service.settings_of(participant))),
-        )
-
-
-def _query_out(question: queries.Question) -> QueryOut:
-    answer = question.answer
-    given = None
-    if answer is not None:
-        h = None if answer.h_x is None or answer.h_y is None else (answer.h_x, answer.h_y)
-        given = GivenOut(id=answer.id, h=h)
-    return QueryOut(id=question.query.id, position=question.query.position, answer=given)
+        return visit.session_of(db, db.get_one(ParticipantRow, participant_id))

@@ -3,12 +3,16 @@
 from typing import Annotated, Any, Literal
 from uuid import UUID
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, StrictBool
+from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, FiniteFloat, StrictBool, StrictInt
+
+from app.schemas.protocol import Questionnaire
 
 Axis = Annotated[FiniteFloat, Field(ge=-1.0, le=1.0)]
 Stick = tuple[Axis, Axis]
 Gain = Annotated[FiniteFloat, Field(ge=1.0, le=4.0, strict=True)]
-StepName = Literal["consent", "practice", "queries", "training", "driving"]
+StepName = Literal[
+    "consent", "practice", "queries", "training", "driving", "block", "questions", "end"
+]
 
 
 class In(BaseModel):
@@ -39,11 +43,58 @@ class AnswerIn(In):
     thinking_time_s: Annotated[FiniteFloat, Field(ge=0.0, le=86_400.0)]
 
 
-class DriveIn(In):
-    """The person wants to drive under a strategy."""
+class StepKeyIn(In):
+    """The person goes on from a step of which there can be several."""
 
     id: UUID
-    strategy: str = Field(max_length=40)
+    key: str = Field(max_length=120)
+
+
+class ResponseIn(In):
+    """What the person says to one item: a whole number, words, or null: they would rather not."""
+
+    item: str = Field(max_length=40)
+    value: StrictInt | Annotated[str, Field(min_length=1, max_length=5000)] | None
+    answered_at: AwareDatetime  # by the page's clock
+
+
+class QuestionnaireIn(StepKeyIn):
+    """A questionnaire, filled in: every item is answered or declined."""
+
+    responses: list[ResponseIn] = Field(max_length=60)
+
+
+class WithdrawIn(In):
+    """The person stops taking part."""
+
+    id: UUID
+    erase: StrictBool  # also what they gave so far
+
+
+class JoinIn(In):
+    """Somebody comes by a study's shared link; a recruiting service may have named them."""
+
+    external_id: Annotated[str, Field(pattern=r"^[\w.@-]{1,80}$")] | None = None
+
+
+class JoinPageOut(BaseModel):
+    """A study, to those who might take part."""
+
+    title: str
+    is_open: bool
+
+
+class JoinOut(BaseModel):
+    """A participant's own link, shown this once."""
+
+    link: str
+
+
+class DriveIn(In):
+    """The person wants to drive; freely, under a strategy of their choice."""
+
+    id: UUID
+    strategy: str | None = Field(None, max_length=40)
 
 
 class StickSettingsIn(In):
@@ -62,7 +113,7 @@ class ConsentOut(BaseModel):
 
     version: str
     title: str
-    paragraphs: list[str]
+    html: str  # from the protocol's Markdown, in which HTML is not let through
 
 
 class GivenOut(BaseModel):
@@ -98,10 +149,55 @@ class StickSettingsOut(BaseModel):
     steady: bool
 
 
+class WayOut(BaseModel):
+    """A stage of the study, for the line at the top of the page."""
+
+    title: str
+    is_here: bool
+    is_done: bool
+
+
+class BlockOut(BaseModel):
+    """Driving under one way of steering, which the person does not know by name."""
+
+    position: int  # 1, 2, …: the first, second, … way of steering of this task
+    of: int
+    drives_wanted: int
+    drives_made: int
+    may_continue: bool
+    open_drive: str | None  # one that goes on: whoever reloads asks for it again by this id
+
+
+class QuestionsOut(BaseModel):
+    """A questionnaire to fill in."""
+
+    questionnaire: Questionnaire
+    about: str | None  # "the first way of steering", or the task's title
+    ways: int  # for items of kind "strategy": how many ways of steering there were to choose from
+
+
+class EndOut(BaseModel):
+    """The last page."""
+
+    message: str
+    code: str | None
+    url: str | None
+
+
 class SessionOut(BaseModel):
     """Where the person is, and what their page needs for that step."""
 
+    study: str
+    state: Literal["active", "completed", "withdrawn"]
     step: StepName
+    key: str
+    place: int
+    task: str | None  # its title
+    way: list[WayOut]
+    may_withdraw: bool
+    block: BlockOut | None
+    questions: QuestionsOut | None
+    end: EndOut | None
     consent: ConsentOut
     practice_s: float
     queries: list[QueryOut]
@@ -129,4 +225,4 @@ class DriveOut(BaseModel):
     """A drive that was opened."""
 
     id: str
-    strategy: str
+    strategy: str | None  # null where the person must not hear it

@@ -7,11 +7,13 @@ from typing import Any
 from sqlalchemy.orm import Session
 
 from app.errors import IdReused, JoymapError, WrongStep
+from app.schemas.protocol import NO_ALIGN
 from app.services import flow, training
 from app.storage import drives, jobs
 from app.storage.tables import AlignmentRow, DriveRow, ParticipantRow
 
-NO_ALIGN = "no-align"
+# How an attempt ends that was made to its end.
+MADE = ("done", "given up", "time limit")
 
 
 @dataclass(frozen=True)
@@ -37,10 +39,10 @@ class UnknownStrategy(JoymapError):
     status_code = 422
     kind = "unknown-strategy"
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str | None) -> None:
         """Say which there are."""
         offered = ", ".join(choice.name for choice in STRATEGIES)
-        super().__init__(f"There is no strategy '{name}'. Choose one of: {offered}.")
+        super().__init__(f"There is no strategy '{name or ''}'. Choose one of: {offered}.")
 
 
 @dataclass(frozen=True)
@@ -48,8 +50,10 @@ class OpenedDrive:
     """A drive as the control loop needs it."""
 
     id: str
+    task: str
     strategy: str
     alignment_file: str | None  # None: the stick is the latent action
+    is_blinded: bool  # whether the person must not hear the strategy's name
 
 
 @dataclass(frozen=True)
@@ -68,42 +72,66 @@ def open_drive(
     db: Session,
     participant: ParticipantRow,
     drive_id: str,
-    strategy: str,
+    strategy: str | None,
     *,
     boot: str,
     now_s: float,
 ) -> OpenedDrive:
     """Open a drive and end the one before it; asking again with the same id changes nothing.
 
+    In a block the protocol says under which strategy; who drives freely chooses.
+
     Raises:
         UnknownStrategy: If there is no such strategy.
-        WrongStep: If the participant's alignments are not ready, or the drive has ended.
+        WrongStep: If there is nothing to drive now, or the drive has ended.
         IdReused: If the id is another drive's.
     """
-    if strategy not in {choice.name for choice in STRATEGIES}:
-        raise UnknownStrategy(strategy)
-    flow.require(participant, "driving")
-    if not training.is_ready(db, participant):
+    at = flow.here(db, participant)
+    step = at.step
+    if step.kind != "block":
+        if at.protocol.is_free and strategy not in at.order:
+            raise UnknownStrategy(strategy)
+        flow.require(at, "driving")
+    else:
+        strategy = step.strategies[0]
+    task = step.task
+    assert strategy is not None
+    assert task is not None
+    if not training.is_ready(db, participant, task):
         raise WrongStep("It is too early for that: the robot is still learning.")
     alignment: AlignmentRow | None = None
     if strategy != NO_ALIGN:
-        alignment = jobs.alignment(db, participant.id, strategy)
+        alignment = jobs.alignment(db, participant.id, task, strategy)
         if alignment is None:
             raise WrongStep("The robot has not learned that way of steering.")
-    opened = OpenedDrive(drive_id, strategy, None if alignment is None else alignment.file)
+    opened = OpenedDrive(
+        drive_id,
+        task,
+        strategy,
+        None if alignment is None else alignment.file,
+        step.kind == "block",
+    )
     before = drives.by_id(db, drive_id)
     if before is not None:
-        if (before.participant_id, before.strategy) != (participant.id, strategy):
+        if (before.participant_id, before.step, before.strategy) != (
+            participant.id,
+            step.key,
+            strategy,
+        ):
             raise IdReused
         if before.ended_at is not None:
             raise WrongStep("That drive has ended; please begin a new one.")
         return opened
-    for earlier in drives.still_open(db, participant.id):
-        _end(earlier, "switched")
+    if step.kind == "block" and is_over(db, participant, at):
+        raise WrongStep("You have driven this way of steering already; please go on.")
+    end_open(db, participant)
+    participant.seen_at = datetime.now(UTC)
     db.add(
         DriveRow(
             id=drive_id,
             participant_id=participant.id,
+            task=task,
+            step=step.key,
             strategy=strategy,
             alignment_id=None if alignment is None else alignment.id,
             boot=boot,
@@ -115,6 +143,29 @@ def open_drive(
         )
     )
     return opened
+
+
+def made(db: Session, participant: ParticipantRow, at: flow.Here) -> int:
+    """How many attempts of the block they are at count as made."""
+    counts = MADE if at.protocol.lost_drive == "again" else (*MADE, "left", "server stopped")
+    return sum(drive.end in counts for drive in drives.of_step(db, participant.id, at.step.key))
+
+
+def is_over(db: Session, participant: ParticipantRow, at: flow.Here) -> bool:
+    """Whether all attempts of the block they are at are made."""
+    return made(db, participant, at) >= at.protocol.drives
+
+
+def end_open(db: Session, participant: ParticipantRow) -> None:
+    """End what goes on: the person goes on to something else."""
+    for drive in drives.still_open(db, participant.id):
+        _end(drive, "switched")
+
+
+def still_open(db: Session, participant: ParticipantRow) -> str | None:
+    """The id of the drive that goes on, if one does."""
+    found = drives.still_open(db, participant.id)
+    return found[-1].id if found else None
 
 
 def end(db: Session, drive_id: str, why: str, outcome: dict[str, Any] | None = None) -> None:

@@ -1,25 +1,27 @@
 """Which step is this person on? The server owns the place; the page only shows it.
 
-::
+A protocol and a cell (the order of the strategies) make a list of steps::
 
-    consent ──agrees──► practice ──ready──► queries ──last answer──► training ──goes on──► driving
+    consent → practice → for each task: queries → training → for each strategy: drive → questions
+            → questions on the task → questions at the end → end
 
-``queries → training`` happens by the answer that leaves nothing to ask (services.queries); the
-other steps by the person pressing on. Nobody goes back: earlier answers count.
+A participant's place is an index into it. Nobody goes back: what was given counts.
 """
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import lru_cache
 from typing import Any, Literal
 
 from sqlalchemy.orm import Session
 
 from app.errors import IdReused, WrongStep
+from app.schemas.protocol import Protocol, TaskProtocol
+from app.services import counterbalancing, protocols
 from app.storage import participants
 from app.storage.tables import EventRow, ParticipantRow
 
-Step = Literal["consent", "practice", "queries", "training", "driving"]
-STEPS: tuple[Step, ...] = ("consent", "practice", "queries", "training", "driving")
+Kind = Literal["consent", "practice", "queries", "training", "driving", "block", "questions", "end"]
 
 _WHAT_TO_DO: dict[str, str] = {
     "consent": "agree to take part",
@@ -27,56 +29,141 @@ _WHAT_TO_DO: dict[str, str] = {
     "queries": "answer the questions",
     "training": "let the robot learn",
     "driving": "drive the arm",
+    "block": "drive the arm",
+    "questions": "answer the questionnaire",
+    "end": "read the last page",
 }
 
 
 @dataclass(frozen=True)
-class Consent:
-    """The text people agree to."""
+class Step:
+    """One thing to do.
 
-    version: str
-    title: str
-    paragraphs: tuple[str, ...]
+    Attributes:
+        key: Names it in records: ``"queries/avoid"``, ``"block/avoid/2"``, ``"questions/end/sus"``.
+        kind: What the page has to show.
+        task: The robot task it is about, if any.
+        strategies: What is driven under, for the server alone; a block's is one.
+        position: Which of the task's blocks it is or follows, from 1.
+        questionnaire: The name of the questionnaire asked.
+    """
 
-
-CONSENT = Consent(
-    version="3",
-    title="Teach a robot arm how you steer",
-    paragraphs=(
-        "You will see a robot arm make a few short moves. For each one you show which stick "
-        "input you would give to make the arm move like that. There are no right or wrong "
-        "answers: it is your idea of steering that counts.",
-        "From your answers the robot learns your way of steering, and then you drive it. "
-        "It takes about five minutes. You can use a mouse, a finger, the keyboard or a gamepad.",
-        "We keep your answers, how you set your stick, and how the arm moved while you drove, with "
-        "the time of each. "
-        "We do not ask for your name and keep nothing else about you. You may stop at any time "
-        "by closing this page; your link brings you back to where you were.",
-    ),
-)
+    key: str
+    kind: Kind
+    task: str | None = None
+    strategies: tuple[str, ...] = ()
+    position: int | None = None
+    questionnaire: str | None = None
 
 
-def require(participant: ParticipantRow, step: Step) -> None:
-    """Make sure that the participant is on this step.
+@dataclass(frozen=True)
+class Here:
+    """Where a participant is, and what their protocol says."""
+
+    protocol: Protocol
+    version: int
+    order: tuple[str, ...]
+    steps: tuple[Step, ...]
+    place: int
+    has_left: bool = False  # withdrew: nothing more is asked of them
+
+    @property
+    def step(self) -> Step:
+        """The step they are on."""
+        return self.steps[self.place]
+
+    @property
+    def task(self) -> TaskProtocol:
+        """What the protocol says of the task they are at, or of the one that comes next."""
+        names = [step.task for step in self.steps[self.place :] if step.task is not None]
+        name = names[0] if names else self.protocol.tasks[-1].task
+        return next(task for task in self.protocol.tasks if task.task == name)
+
+    def block(self, key: str) -> Step | None:
+        """The step of that key."""
+        return next((step for step in self.steps if step.key == key), None)
+
+
+@lru_cache(maxsize=256)
+def steps_of(protocol: Protocol, cell: int) -> tuple[Step, ...]:
+    """All steps of a protocol, in order, for people of this cell."""
+    order = order_of(protocol, cell)
+    asked = protocol.questionnaires
+    steps = [Step("consent", "consent")]
+    if protocol.practice_s > 0.0:
+        steps.append(Step("practice", "practice"))
+    for task in (each.task for each in protocol.tasks):
+        steps += [
+            Step(f"queries/{task}", "queries", task),
+            Step(f"training/{task}", "training", task),
+        ]
+        if protocol.is_free:
+            return (*steps, Step("driving", "driving", task, order))
+        for position, strategy in enumerate(order, start=1):
+            steps.append(Step(f"block/{task}/{position}", "block", task, (strategy,), position))
+            steps += [
+                Step(f"questions/{task}/{position}/{name}", "questions", task, (), position, name)
+                for name in asked.after_each_strategy
+            ]
+        steps += [
+            Step(f"questions/{task}/after/{name}", "questions", task, (), None, name)
+            for name in asked.after_each_task
+        ]
+    steps += [
+        Step(f"questions/end/{name}", "questions", questionnaire=name) for name in asked.at_the_end
+    ]
+    return (*steps, Step("end", "end"))
+
+
+def order_of(protocol: Protocol, cell: int) -> tuple[str, ...]:
+    """The order of the strategies in this cell."""
+    every = counterbalancing.orders(protocol.order, protocol.strategies)
+    return every[cell % len(every)]
+
+
+def here(db: Session, participant: ParticipantRow) -> Here:
+    """Where the participant is."""
+    protocol, version = protocols.of_participant(db, participant)
+    steps = steps_of(protocol, participant.cell)
+    order = order_of(protocol, participant.cell)
+    has_left = participant.state == "withdrawn"
+    place = len(steps) - 1 if has_left else participant.place
+    return Here(protocol, version, order, steps, place, has_left)
+
+
+def require(here: Here, kind: Kind) -> Step:
+    """The step the participant is on, if it is of this kind.
 
     Raises:
         WrongStep: If not, saying what comes first or that it is over.
     """
-    if participant.step == step:
-        return
-    if STEPS.index(step) > STEPS.index(participant.step):
-        raise WrongStep(f"It is too early for that: first {_WHAT_TO_DO[participant.step]}.")
-    raise WrongStep(f"That is over: now {_WHAT_TO_DO[participant.step]}.")
+    if here.has_left:
+        raise WrongStep("You have stopped taking part; nothing more was kept.")
+    if here.step.kind == kind:
+        return here.step
+    doing = _WHAT_TO_DO[here.step.kind]
+    if any(step.kind == kind for step in here.steps[here.place :]):
+        raise WrongStep(f"It is too early for that: first {doing}.")
+    raise WrongStep(f"That is over: now {doing}.")
 
 
 def advance(
     db: Session,
     participant: ParticipantRow,
     event_id: str,
-    leaves: Step,
+    kind: Kind,
+    key: str | None = None,
     detail: dict[str, Any] | None = None,
 ) -> bool:
-    """Take the step out of ``leaves``; doing it again with the same id changes nothing.
+    """Take the step out of one of this kind; doing it again with the same id changes nothing.
+
+    Args:
+        db: The transaction.
+        participant: Whose step it is.
+        event_id: The client's id of going on.
+        kind: What the page believes to be leaving.
+        key: Which of that kind, where there can be several.
+        detail: What to keep with it.
 
     Returns:
         Whether the step was taken now (not before).
@@ -87,18 +174,34 @@ def advance(
     """
     before = participants.event(db, event_id)
     if before is not None:
-        if before.participant_id != participant.id or before.kind != leaves:
+        left = before.kind if key is not None else before.kind.split("/")[0]
+        if before.participant_id != participant.id or left != (key or kind):
             raise IdReused
         return False
-    require(participant, leaves)
+    at = here(db, participant)
+    step = require(at, kind)
+    if step == at.steps[-1]:
+        raise WrongStep("There is nothing after this.")
+    if key is not None and step.key != key:
+        raise WrongStep(f"That is over: now {_WHAT_TO_DO[step.kind]}.")
+    now = datetime.now(UTC)
     db.add(
         EventRow(
             id=event_id,
             participant_id=participant.id,
-            kind=leaves,
+            kind=step.key,
             detail=detail or {},
-            at=datetime.now(UTC),
+            at=now,
         )
     )
-    participant.step = STEPS[STEPS.index(leaves) + 1]
+    go_on(participant, at)
     return True
+
+
+def go_on(participant: ParticipantRow, at: Here) -> None:
+    """Put the participant on the next step; the last one completes the study."""
+    now = datetime.now(UTC)
+    participant.place = at.place + 1
+    participant.seen_at = now
+    if at.steps[participant.place].kind == "end":
+        participant.state, participant.ended_at = "completed", now

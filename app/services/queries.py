@@ -13,6 +13,7 @@ from sqlalchemy.orm import Session
 
 from app.errors import IdReused, UnknownQuery, WrongStep
 from app.schemas.participants import AnswerIn
+from app.schemas.protocol import TaskProtocol
 from app.services import flow
 from app.storage import participants
 from app.storage.tables import AnswerRow, ParticipantRow, QueryRow
@@ -46,30 +47,43 @@ class Question:
     answer: AnswerRow | None
 
 
-def asked(db: Session, participant: ParticipantRow, labels_wanted: int) -> list[Question]:
-    """The questions on the person's screen: as many as leave ``labels_wanted`` they can answer.
+def asked(db: Session, participant: ParticipantRow, task: TaskProtocol) -> list[Question]:
+    """The questions on the person's screen: as many as leave ``task.labels`` they can answer.
 
-    One answered with the stick stays, whatever is changed before it.
+    One answered with the stick stays, whatever is changed before it. Those asked once more come
+    when all others are answered.
     """
     answers = participants.latest_answers(db, participant.id)
+    drawn = participants.queries_of(db, participant.id, task.task)
     questions: list[Question] = []
     cannot_say = 0
-    for query in participants.queries_of(db, participant.id):
+    for query in (query for query in drawn if query.repeats is None):
         answer = answers.get(query.id)
         is_label = answer is not None and answer.h_x is not None
-        if len(questions) - cannot_say >= labels_wanted and not is_label:
+        if len(questions) - cannot_say >= task.labels and not is_label:
             continue
         questions.append(Question(query, answer))
         cannot_say += answer is not None and not is_label
+    if is_complete(questions):
+        labelled = {query.id for query, _ in labels_of(questions)}
+        again = [query for query in drawn if query.repeats in labelled]
+        questions += [Question(query, answers.get(query.id)) for query in again]
     return questions
 
 
+def are_drawn(db: Session, participant: ParticipantRow, task: str) -> bool:
+    """Whether the participant's questions on a task are there."""
+    return bool(participants.queries_of(db, participant.id, task))
+
+
 def labels_of(questions: list[Question]) -> list[tuple[QueryRow, AnswerRow]]:
-    """The questions that got a stick input."""
+    """The questions that got a stick input; what was asked once more only tells how sure it is."""
     return [
         (question.query, question.answer)
         for question in questions
-        if question.answer is not None and question.answer.h_x is not None
+        if question.query.repeats is None
+        and question.answer is not None
+        and question.answer.h_x is not None
     ]
 
 
@@ -109,25 +123,23 @@ def notice(questions: list[Question]) -> str | None:
 
 def draw(
     participant: ParticipantRow,
+    wanted: TaskProtocol,
     controller: LatentController,
     kinematics: Kinematics,
-    unlabelled: int,
-    labels_wanted: int,
-    are_designed: bool,
 ) -> list[QueryRow]:
-    """Draw the moves a participant may be asked about, in order (the paper's Steps 1-5).
+    """Draw the moves of a task a participant may be asked about, in order (the paper's Steps 1-5).
 
     The same participant always gets the same moves: all chance comes from their seed.
     """
-    pool = draw_pool(participant.task, participant.seed, controller, kinematics, unlabelled)
-    wanted = SPARE_FACTOR * labels_wanted
+    task = get_task(wanted.task)
+    pool = draw_pool(wanted.task, participant.seed, controller, kinematics, wanted.unlabelled)
+    count = SPARE_FACTOR * wanted.labels
     rng = np.random.default_rng([participant.seed, _CHOICE])
-    if are_designed:
+    if wanted.questions == "designed":
         allowed = showable(pool, SMALLEST_MOVE_M)
-        task = get_task(participant.task)
-        chosen = design_queries(task, kinematics, pool, wanted, rng, allowed)
+        chosen = design_queries(task, kinematics, pool, count, rng, allowed)
     else:
-        chosen = choose_queries(pool, wanted, rng, SMALLEST_MOVE_M)
+        chosen = choose_queries(pool, count, rng, SMALLEST_MOVE_M)
     rows = []
     for position, index in enumerate(chosen, start=1):
         move = make_query(controller, pool.states[index], pool.latents[index], SHOWN_STEPS)
@@ -135,6 +147,8 @@ def draw(
             QueryRow(
                 id=str(uuid.uuid4()),
                 participant_id=participant.id,
+                task=wanted.task,
+                repeats=None,
                 position=position,
                 pool_index=int(index),
                 controller_hash=controller.content_hash,
@@ -145,7 +159,20 @@ def draw(
                 hand_path=kinematics.hand_pose(move.path).position.tolist(),
             )
         )
-    return rows
+    again = rng.permutation(wanted.labels)[: wanted.repeats]
+    return rows + [_once_more(rows[index], len(rows) + 1 + k) for k, index in enumerate(again)]
+
+
+def _once_more(query: QueryRow, position: int) -> QueryRow:
+    same = ("participant_id", "task", "pool_index", "controller_hash", "s", "z", "next_s")
+    return QueryRow(
+        id=str(uuid.uuid4()),
+        repeats=query.id,
+        position=position,
+        path=query.path,
+        hand_path=query.hand_path,
+        **{name: getattr(query, name) for name in same},
+    )
 
 
 def draw_pool(
@@ -188,7 +215,7 @@ def find(db: Session, participant_id: str, query_id: str) -> QueryRow:
     return query
 
 
-def record(db: Session, participant: ParticipantRow, answer: AnswerIn, labels_wanted: int) -> bool:
+def record(db: Session, participant: ParticipantRow, answer: AnswerIn) -> bool:
     """Keep an answer; sending it again changes nothing.
 
     Returns:
@@ -211,11 +238,11 @@ def record(db: Session, participant: ParticipantRow, answer: AnswerIn, labels_wa
         if not same:
             raise IdReused
         return False
-    if participant.step in ("training", "driving"):
+    query = find(db, participant.id, str(answer.query_id))
+    at = flow.here(db, participant)
+    if at.step.key != f"queries/{query.task}":
         raise WrongStep("The robot has learned from your answers already; they stay as they are.")
-    flow.require(participant, "queries")
-    find(db, participant.id, str(answer.query_id))
-    on_screen = {q.query.id for q in asked(db, participant, labels_wanted)}
+    on_screen = {q.query.id for q in asked(db, participant, at.task)}
     if str(answer.query_id) not in on_screen:
         raise UnknownQuery
     db.add(

@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session
 from app.analysis.measures import Measures, heat_map, measure, trajectory
 from app.errors import JoymapError
 from app.storage import drives
-from app.storage.tables import DriveRow, ParticipantRow
+from app.storage.tables import DriveRow
 from app.storage.ticks import COLUMNS, unpack, unpack_props
 from models.beads import BeadCounts, count_beads_by_tick
 from models.props import Props
@@ -98,7 +98,7 @@ def read(db: Session, drive_id: str) -> Record:
     drive = drives.by_id(db, drive_id)
     if drive is None:
         raise NoSuchDrive
-    task = get_task(db.get_one(ParticipantRow, drive.participant_id).task)
+    task = get_task(drive.task)
     chunks = drives.chunks(db, drive_id)
     if not chunks:
         raise NothingRecorded

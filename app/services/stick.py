@@ -50,8 +50,9 @@ def change(db: Session, participant: ParticipantRow, wanted: StickSettingsIn) ->
         if (before.participant_id, before.kind, before.detail) != (participant.id, _KIND, detail):
             raise IdReused
         return False
-    if participant.step == "consent":
-        flow.require(participant, "practice")
+    at = flow.here(db, participant)
+    if at.step.kind == "consent":
+        flow.require(at, "practice")
     db.add(
         EventRow(
             id=str(wanted.id),

@@ -16,14 +16,14 @@ from sqlalchemy.orm import Session
 
 from app.errors import WrongStep
 from app.schemas.participants import TrainingOut
-from app.services import queries
+from app.schemas.protocol import NO_ALIGN, TaskProtocol
+from app.services import flow, protocols, queries
 from app.services.queries import Question
 from app.settings import Settings
 from app.storage import jobs
 from app.storage.tables import AlignmentRow, JobRow, ParticipantRow
 from models.training import Labels
 
-LEARNED_STRATEGIES = ("no-priors", "all-priors", "task-space")
 ATTEMPTS = 3
 FAILED = "The training did not finish. Your answers are safe; please try again."
 
@@ -35,6 +35,7 @@ class TrainingOrder:
     job_id: str
     attempt: int
     task: str
+    strategies: tuple[str, ...]
     pack_dir: Path
     folder: Path  # where finished alignments go
     pool_seed: int
@@ -71,12 +72,13 @@ class TrainingOutcome:
     training_s: float
 
 
-def enqueue(db: Session, participant: ParticipantRow, labels_wanted: int) -> JobRow:
-    """Queue the training on the answers as they are now."""
-    questions = queries.asked(db, participant, labels_wanted)
+def enqueue(db: Session, participant: ParticipantRow, task: TaskProtocol) -> JobRow:
+    """Queue the training for a task on the answers as they are now."""
+    questions = queries.asked(db, participant, task)
     job = JobRow(
         id=str(uuid.uuid4()),
         participant_id=participant.id,
+        task=task.task,
         state="queued",
         attempt=0,
         data_hash=data_hash(participant, questions),
@@ -107,15 +109,18 @@ def claim(db: Session, settings: Settings, folder: Path) -> TrainingOrder | None
     if job is None:
         return None
     participant = db.get_one(ParticipantRow, job.participant_id)
-    given = queries.labels_of(queries.asked(db, participant, settings.labels_wanted))
+    protocol, _ = protocols.of_participant(db, participant)
+    task = next(each for each in protocol.tasks if each.task == job.task)
+    given = queries.labels_of(queries.asked(db, participant, task))
     return TrainingOrder(
         job_id=job.id,
         attempt=job.attempt,
-        task=participant.task,
+        task=task.task,
+        strategies=tuple(name for name in protocol.strategies if name != NO_ALIGN),
         pack_dir=settings.pack_dir,
         folder=folder,
         pool_seed=participant.seed,
-        unlabelled=settings.unlabelled_states,
+        unlabelled=task.unlabelled,
         steps=settings.training_steps,
         seed=job.seed,
         data_hash=job.data_hash,
@@ -145,6 +150,7 @@ def finish(db: Session, job_id: str, attempt: int, outcome: TrainingOutcome) -> 
                 id=str(uuid.uuid4()),
                 participant_id=job.participant_id,
                 job_id=job.id,
+                task=job.task,
                 strategy=trained.strategy,
                 file=trained.file,
                 weights_sha256=trained.weights_sha256,
@@ -178,28 +184,29 @@ def recover(db: Session) -> None:
         give_up_attempt(db, job.id, job.attempt)
 
 
-def retry(db: Session, participant: ParticipantRow) -> None:
+def retry(db: Session, participant: ParticipantRow, task: str) -> None:
     """Queue a failed training again; one that has not failed is left as it is."""
-    job = jobs.of_participant(db, participant.id)
+    job = jobs.of_task(db, participant.id, task)
     if job is None:
         raise WrongStep("There is nothing to learn from yet: first answer the questions.")
     if job.state == "failed":
         job.state, job.attempt, job.error, job.ended_at = "queued", 0, None, None
 
 
-def is_ready(db: Session, participant: ParticipantRow) -> bool:
-    """Whether the participant's alignments can drive."""
-    job = jobs.of_participant(db, participant.id)
+def is_ready(db: Session, participant: ParticipantRow, task: str) -> bool:
+    """Whether the participant's alignments for a task can drive."""
+    job = jobs.of_task(db, participant.id, task)
     return job is not None and job.state == "succeeded"
 
 
-def status(db: Session, participant: ParticipantRow) -> TrainingOut:
-    """How far the participant's training is.
+def status(db: Session, participant: ParticipantRow, at: flow.Here) -> TrainingOut:
+    """How far the participant's training is; what it learns is told to who drives freely only.
 
     Raises:
         WrongStep: If none was ever wanted.
     """
-    job = jobs.of_participant(db, participant.id)
+    task = at.step.task or at.task.task
+    job = jobs.of_task(db, participant.id, task)
     if job is None:
         raise WrongStep("There is nothing to learn from yet: first answer the questions.")
     return TrainingOut(
@@ -208,5 +215,5 @@ def status(db: Session, participant: ParticipantRow) -> TrainingOut:
         fraction=job.fraction,
         attempt=job.attempt,
         training_s=job.training_s,
-        strategies=job.report,
+        strategies=job.report if at.protocol.is_free else {},
     )

@@ -84,6 +84,17 @@ class Database:
         with self._writer, Session(self._writing_engine, expire_on_commit=False) as db, db.begin():
             yield db
 
+    def forget_erased(self) -> bool:
+        """Empty the write-ahead log, in which erased rows still stand; whether that was possible.
+
+        The database file itself overwrites what is deleted (``secure_delete``).
+        """
+        with self._writer, self._engine.connect() as connection:
+            raw = connection.connection.driver_connection
+            assert raw is not None
+            is_busy = raw.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0]
+        return not is_busy
+
     def ping(self) -> None:
         """Read one thing; raises if the file cannot be read."""
         with self.read() as db:

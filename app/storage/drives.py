@@ -33,12 +33,17 @@ def of_participant(db: Session, participant_id: str) -> list[DriveRow]:
     )
 
 
-def last_chunk(db: Session, participant_id: str) -> SampleChunkRow | None:
-    """The newest samples of a participant."""
+def of_step(db: Session, participant_id: str, step: str) -> list[DriveRow]:
+    """A participant's drives in one step, in the order in which they began."""
+    return [drive for drive in of_participant(db, participant_id) if drive.step == step]
+
+
+def last_chunk(db: Session, participant_id: str, task: str) -> SampleChunkRow | None:
+    """The newest samples of a participant at a task."""
     return db.scalar(
         select(SampleChunkRow)
         .join(DriveRow, DriveRow.id == SampleChunkRow.drive_id)
-        .where(DriveRow.participant_id == participant_id)
+        .where(DriveRow.participant_id == participant_id, DriveRow.task == task)
         .order_by(SampleChunkRow.id.desc())
         .limit(1)
     )

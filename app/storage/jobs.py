@@ -6,11 +6,11 @@ from sqlalchemy.orm import Session
 from .tables import AlignmentRow, JobRow
 
 
-def of_participant(db: Session, participant_id: str) -> JobRow | None:
-    """The participant's latest training."""
+def of_task(db: Session, participant_id: str, task: str) -> JobRow | None:
+    """The participant's latest training for a task."""
     return db.scalar(
         select(JobRow)
-        .where(JobRow.participant_id == participant_id)
+        .where(JobRow.participant_id == participant_id, JobRow.task == task)
         .order_by(JobRow.queued_at.desc())
         .limit(1)
     )
@@ -47,11 +47,15 @@ def all_running(db: Session) -> list[JobRow]:
     return list(db.scalars(select(JobRow).where(JobRow.state == "running")))
 
 
-def alignment(db: Session, participant_id: str, strategy: str) -> AlignmentRow | None:
-    """The participant's latest finished alignment of a strategy."""
+def alignment(db: Session, participant_id: str, task: str, strategy: str) -> AlignmentRow | None:
+    """The participant's latest finished alignment of a strategy for a task."""
     return db.scalar(
         select(AlignmentRow)
-        .where(AlignmentRow.participant_id == participant_id, AlignmentRow.strategy == strategy)
+        .where(
+            AlignmentRow.participant_id == participant_id,
+            AlignmentRow.task == task,
+            AlignmentRow.strategy == strategy,
+        )
         .order_by(AlignmentRow.trained_at.desc())
         .limit(1)
     )

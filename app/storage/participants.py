@@ -26,6 +26,31 @@ def never_opened(db: Session, origin: str) -> ParticipantRow | None:
     )
 
 
+def by_external_id(db: Session, study_id: str, external_id: str) -> ParticipantRow | None:
+    """The participant of a study whom a recruiting service calls this."""
+    return db.scalar(
+        select(ParticipantRow).where(
+            ParticipantRow.study_id == study_id, ParticipantRow.external_id == external_id
+        )
+    )
+
+
+def active(db: Session) -> list[ParticipantRow]:
+    """Everyone who takes part now."""
+    return list(db.scalars(select(ParticipantRow).where(ParticipantRow.state == "active")))
+
+
+def active_under(db: Session, protocol_id: str) -> list[ParticipantRow]:
+    """Everyone who takes part now under a version of a protocol, oldest first."""
+    return list(
+        db.scalars(
+            select(ParticipantRow)
+            .where(ParticipantRow.protocol_id == protocol_id, ParticipantRow.state == "active")
+            .order_by(ParticipantRow.number)
+        )
+    )
+
+
 def next_number(db: Session) -> int:
     """The number the next participant gets."""
     return (db.scalar(select(func.max(ParticipantRow.number))) or 0) + 1
@@ -36,12 +61,12 @@ def event(db: Session, event_id: str) -> EventRow | None:
     return db.get(EventRow, event_id)
 
 
-def queries_of(db: Session, participant_id: str) -> list[QueryRow]:
-    """All moves drawn for a participant, in the order of asking."""
+def queries_of(db: Session, participant_id: str, task: str) -> list[QueryRow]:
+    """All moves of a task drawn for a participant, in the order of asking."""
     return list(
         db.scalars(
             select(QueryRow)
-            .where(QueryRow.participant_id == participant_id)
+            .where(QueryRow.participant_id == participant_id, QueryRow.task == task)
             .order_by(QueryRow.position)
         )
     )

@@ -51,20 +51,61 @@ class Row(DeclarativeBase):
     type_annotation_map = {datetime: Utc, dict[str, Any]: JSON, list[Any]: JSON}  # noqa: RUF012
 
 
+class StudyRow(Row):
+    """A study: protocols, version after version, and the people who take part."""
+
+    __tablename__ = "study"
+
+    id: Mapped[str] = mapped_column(primary_key=True)
+    title: Mapped[str]
+    state: Mapped[str]  # "open": people can enrol; "closed"
+    link_hash: Mapped[str | None] = mapped_column(unique=True)  # of the shared link's token
+    created_at: Mapped[datetime]
+    created_by: Mapped[str | None] = mapped_column(ForeignKey("experimenter.id"))
+
+
+class ProtocolRow(Row):
+    """One version of a study's protocol; it never changes once somebody is enrolled under it."""
+
+    __tablename__ = "protocol"
+    __table_args__ = (UniqueConstraint("study_id", "version"),)
+
+    id: Mapped[str] = mapped_column(primary_key=True)
+    study_id: Mapped[str] = mapped_column(ForeignKey("study.id"), index=True)
+    version: Mapped[int]
+    content: Mapped[dict[str, Any]]  # a Protocol (app.schemas.protocol) as JSON
+    created_at: Mapped[datetime]
+    frozen_at: Mapped[datetime | None]  # when the first participant enrolled under it
+
+
 class ParticipantRow(Row):
     """A person with a link; only the hash of the link's token is kept."""
 
     __tablename__ = "participant"
+    __table_args__ = (
+        UniqueConstraint("study_id", "external_id"),
+        CheckConstraint(
+            "state IN ('active', 'completed', 'abandoned', 'withdrawn')",
+            name="state",
+        ),
+    )
 
     id: Mapped[str] = mapped_column(primary_key=True)
     number: Mapped[int] = mapped_column(unique=True)
-    origin: Mapped[str]  # "start": printed when the server started; "experimenter"
-    token_hash: Mapped[str] = mapped_column(unique=True)
+    study_id: Mapped[str] = mapped_column(ForeignKey("study.id"), index=True)
+    protocol_id: Mapped[str] = mapped_column(ForeignKey("protocol.id"))
+    cell: Mapped[int]  # which order of the protocol's strategies they get
+    place: Mapped[int]  # on which of the protocol's steps they are
+    state: Mapped[str]
+    origin: Mapped[str]  # "start": printed when the server started; "experimenter"; "link"
+    external_id: Mapped[str | None]  # a recruiting service's name for them
+    token_hash: Mapped[str | None] = mapped_column(unique=True)  # null: the link was revoked
     seed: Mapped[int]
-    task: Mapped[str]
-    step: Mapped[str]
     created_at: Mapped[datetime]
     opened_at: Mapped[datetime | None]
+    seen_at: Mapped[datetime | None]  # when they last did something
+    ended_at: Mapped[datetime | None]  # completed, or withdrawn
+    excluded: Mapped[str | None]  # why an experimenter leaves their data out
     stick: Mapped[dict[str, Any] | None]  # how their stick is set; null: the defaults
 
 
@@ -84,10 +125,12 @@ class QueryRow(Row):
     """A move shown to a participant, who is asked for the stick input they would give for it."""
 
     __tablename__ = "query"
-    __table_args__ = (UniqueConstraint("participant_id", "position"),)
+    __table_args__ = (UniqueConstraint("participant_id", "task", "position"),)
 
     id: Mapped[str] = mapped_column(primary_key=True)
     participant_id: Mapped[str] = mapped_column(ForeignKey("participant.id"), index=True)
+    task: Mapped[str]
+    repeats: Mapped[str | None] = mapped_column(ForeignKey("query.id"))  # asked once more
     position: Mapped[int]  # 1, 2, …: the order of asking
     pool_index: Mapped[int]  # which of the participant's unlabelled samples it is
     controller_hash: Mapped[str]
@@ -123,12 +166,13 @@ class JobRow(Row):
 
     __tablename__ = "job"
     __table_args__ = (
-        UniqueConstraint("participant_id", "data_hash"),
+        UniqueConstraint("participant_id", "task", "data_hash"),
         CheckConstraint("state IN ('queued', 'running', 'succeeded', 'failed')", name="state"),
     )
 
     id: Mapped[str] = mapped_column(primary_key=True)
     participant_id: Mapped[str] = mapped_column(ForeignKey("participant.id"), index=True)
+    task: Mapped[str]
     state: Mapped[str] = mapped_column(index=True)
     attempt: Mapped[int]  # how often a worker has begun it
     data_hash: Mapped[str]
@@ -151,6 +195,7 @@ class AlignmentRow(Row):
     id: Mapped[str] = mapped_column(primary_key=True)
     participant_id: Mapped[str] = mapped_column(ForeignKey("participant.id"), index=True)
     job_id: Mapped[str] = mapped_column(ForeignKey("job.id"))
+    task: Mapped[str]
     strategy: Mapped[str]
     file: Mapped[str]  # name in the folder of alignments
     weights_sha256: Mapped[str]
@@ -169,6 +214,8 @@ class DriveRow(Row):
 
     id: Mapped[str] = mapped_column(primary_key=True)
     participant_id: Mapped[str] = mapped_column(ForeignKey("participant.id"), index=True)
+    task: Mapped[str]
+    step: Mapped[str]  # the key of the protocol's step it was driven in
     strategy: Mapped[str]
     alignment_id: Mapped[str | None] = mapped_column(ForeignKey("alignment.id"))
     boot: Mapped[str]
@@ -195,12 +242,69 @@ class SampleChunkRow(Row):
     props: Mapped[bytes | None] = mapped_column(LargeBinary)  # cup and beads, tick by tick
 
 
+class ResponseRow(Row):
+    """What a person said to one item of a questionnaire, as they gave it."""
+
+    __tablename__ = "response"
+    __table_args__ = (UniqueConstraint("participant_id", "step", "item"),)
+
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    participant_id: Mapped[str] = mapped_column(ForeignKey("participant.id"), index=True)
+    step: Mapped[str]  # the key of the protocol's step
+    questionnaire: Mapped[str]
+    item: Mapped[str]
+    value: Mapped[str | None]  # JSON; null: they would rather not say
+    answered_at: Mapped[datetime]  # when the page says that it was given
+    received_at: Mapped[datetime]
+
+
+class NoteRow(Row):
+    """What an experimenter noted of a participant."""
+
+    __tablename__ = "note"
+
+    id: Mapped[str] = mapped_column(primary_key=True)
+    participant_id: Mapped[str] = mapped_column(ForeignKey("participant.id"), index=True)
+    experimenter_id: Mapped[str] = mapped_column(ForeignKey("experimenter.id"))
+    text: Mapped[str]
+    written_at: Mapped[datetime]
+
+
+class AuditRow(Row):
+    """What an experimenter did, and when; never changed, and without participants' data."""
+
+    __tablename__ = "audit"
+
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    at: Mapped[datetime]
+    experimenter_id: Mapped[str | None]  # null: the server itself
+    action: Mapped[str]  # such as "study.create"
+    subject: Mapped[str | None]  # the id of what it was done to
+    detail: Mapped[dict[str, Any]]
+
+
+class ExperimenterRow(Row):
+    """An account on the dashboard."""
+
+    __tablename__ = "experimenter"
+    __table_args__ = (CheckConstraint("role IN ('owner', 'assistant', 'viewer')", name="role"),)
+
+    id: Mapped[str] = mapped_column(primary_key=True)
+    name: Mapped[str] = mapped_column(unique=True)  # what they log in with, in lower case
+    password_hash: Mapped[str]  # argon2
+    role: Mapped[str]
+    created_at: Mapped[datetime]
+    disabled_at: Mapped[datetime | None]
+
+
 class SetupLinkRow(Row):
-    """The experimenter link of the latest start; used once."""
+    """A link that makes one account: the one of the latest start, or an invitation."""
 
     __tablename__ = "setup_link"
 
     token_hash: Mapped[str] = mapped_column(primary_key=True)
+    role: Mapped[str]
+    made_by: Mapped[str | None] = mapped_column(ForeignKey("experimenter.id"))  # null: the start
     created_at: Mapped[datetime]
     used_at: Mapped[datetime | None]
 
@@ -211,4 +315,23 @@ class LoginRow(Row):
     __tablename__ = "login"
 
     token_hash: Mapped[str] = mapped_column(primary_key=True)
+    experimenter_id: Mapped[str] = mapped_column(ForeignKey("experimenter.id"), index=True)
     created_at: Mapped[datetime]
+    expires_at: Mapped[datetime]
+
+
+class ApiTokenRow(Row):
+    """A program's key to the API; only its hash is kept."""
+
+    __tablename__ = "api_token"
+    __table_args__ = (CheckConstraint("scope IN ('read', 'write')", name="scope"),)
+
+    id: Mapped[str] = mapped_column(primary_key=True)
+    experimenter_id: Mapped[str] = mapped_column(ForeignKey("experimenter.id"), index=True)
+    name: Mapped[str]
+    scope: Mapped[str]
+    token_hash: Mapped[str] = mapped_column(unique=True)
+    created_at: Mapped[datetime]
+    expires_at: Mapped[datetime | None]
+    used_at: Mapped[datetime | None]
+    revoked_at: Mapped[datetime | None]

@@ -32,7 +32,7 @@ Arrows = Literal["off", "on", "switch"]  # switch: off at first, and the person'
 
 @dataclass
 class _Drive:
-    strategy: str
+    strategy: str | None  # None: the person must not hear its name
     mapping: Mapping
     log: DriveLog
     attempt: Attempt
@@ -67,6 +67,7 @@ class LiveSession:
         silence_s: float,
         start: np.ndarray,
         limit_s: float | None = None,
+        waits_s: float = 5.0,
         auto_grasp: bool = False,
         arrows: Arrows = "off",
     ) -> None:
@@ -78,6 +79,8 @@ class LiveSession:
         self.task = task
         self._silence_s = silence_s
         self._limit_s = limit_s
+        self.waits_s = waits_s  # for a lost connection
+        self.is_closed = False
         self._auto_grasp = auto_grasp
         self._may_switch_arrows = arrows == "switch"
         self._has_arrows = arrows == "on"
@@ -186,7 +189,7 @@ class LiveSession:
         return self._simulation
 
     def start_drive(
-        self, strategy: str, mapping: Mapping, log: DriveLog, attempt: Attempt | None = None
+        self, strategy: str | None, mapping: Mapping, log: DriveLog, attempt: Attempt | None = None
     ) -> None:
         """Begin an attempt, for which the simulation stands ready; the same twice is one."""
         if self.drive_id == log.drive_id:
@@ -207,6 +210,7 @@ class LiveSession:
 
     def close(self, why: str) -> None:
         """End everything."""
+        self.is_closed = True
         self.stop_drive(why)
         self.scene.close()
 

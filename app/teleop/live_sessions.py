@@ -7,7 +7,7 @@ import time
 import numpy as np
 
 from app.scene.arm_scene import ArmScene
-from app.services import queries, stick
+from app.services import flow, queries, stick
 from app.services.drives import OpenedDrive
 from app.settings import Settings
 from app.storage import drives
@@ -55,12 +55,13 @@ class LiveSessions:
         self._unseen_since: dict[str, float] = {}
 
     async def session(self, participant: ParticipantRow) -> LiveSession:
-        """The participant's live session, made if there is none."""
+        """The participant's live session at the task they are at, made if there is none."""
         async with self._opening:
-            session = self.loop.sessions.get(participant.id)
+            at = await asyncio.to_thread(self._here, participant.id)
+            session = self._at_task(participant.id, at.task.task)
             if session is None:
-                task = get_task(participant.task)
-                start = await asyncio.to_thread(self._last_pose, participant.id)
+                task = get_task(at.task.task)
+                start = await asyncio.to_thread(self._last_pose, participant.id, task.name)
                 simulation = await asyncio.to_thread(Simulation, self._pack, task.props)
                 session = LiveSession(
                     participant.id,
@@ -69,13 +70,31 @@ class LiveSessions:
                     task,
                     silence_s=self._settings.silence_s,
                     start=task.home_q if start is None else start,
-                    limit_s=self._settings.drive_limit_s,
-                    auto_grasp=self._settings.auto_grasp,
-                    arrows=self._settings.arrows,
+                    limit_s=at.task.time_limit_s,
+                    waits_s=at.protocol.drive_waits_s,
+                    auto_grasp=at.task.auto_grasp,
+                    arrows=at.protocol.arrows,
                 )
                 self.loop.sessions[participant.id] = session
                 await self.follow_settings(participant.id)
             return session
+
+    async def follow_step(self, participant_id: str) -> None:
+        """Close the participant's session if they are at another task now; pages reconnect."""
+        async with self._opening:
+            if self.existing(participant_id) is not None:
+                at = await asyncio.to_thread(self._here, participant_id)
+                self._at_task(participant_id, None if at.has_left else at.task.task)
+
+    def _at_task(self, participant_id: str, task: str | None) -> LiveSession | None:
+        """The session if it is at this task; one at another is closed."""
+        session = self.existing(participant_id)
+        if session is not None and session.task.name != task:
+            session.close("switched" if task is not None else "left")
+            del self.loop.sessions[participant_id]
+            self._unseen_since.pop(participant_id, None)
+            return None
+        return session
 
     def existing(self, participant_id: str) -> LiveSession | None:
         """The participant's live session, if there is one."""
@@ -97,9 +116,9 @@ class LiveSessions:
     async def start_drive(self, participant: ParticipantRow, opened: OpenedDrive) -> None:
         """Let the person drive."""
         session = await self.session(participant)
-        if session.drive_id == opened.id:
+        if session.drive_id == opened.id or session.task.name != opened.task:
             return
-        controller = self._controllers[participant.task]
+        controller = self._controllers[opened.task]
         alignment = None
         if opened.alignment_file is not None:
             stem = self._settings.data_dir / "alignments" / opened.alignment_file
@@ -115,7 +134,7 @@ class LiveSessions:
             arm = ArmKinematics(self._kinematics, self._pack)
             attempt = await asyncio.to_thread(session.task.begin, simulation, arm, chance)
             session.start_drive(
-                opened.strategy,
+                None if opened.is_blinded else opened.strategy,
                 Mapping(controller, alignment),
                 DriveLog(self.recorder, opened.id, 0, self._settings.record_chunk_s),
                 attempt,
@@ -143,7 +162,7 @@ class LiveSessions:
                     self._unseen_since.pop(participant_id, None)
                     continue
                 unseen_s = now - self._unseen_since.setdefault(participant_id, now)
-                if unseen_s > self._settings.drive_waits_s:
+                if unseen_s > session.waits_s:
                     session.stop_drive("left")
                 if unseen_s > self._settings.session_idle_s and not session.scene.viewers:
                     session.close("left")
@@ -159,8 +178,12 @@ class LiveSessions:
         with self._database.read() as db:
             return stick.settings_of(db.get_one(ParticipantRow, participant_id)).steady
 
-    def _last_pose(self, participant_id: str) -> np.ndarray | None:
-        """Where the arm was when this participant last drove it, ``(7,)`` in [rad]."""
+    def _here(self, participant_id: str) -> flow.Here:
         with self._database.read() as db:
-            chunk = drives.last_chunk(db, participant_id)
+            return flow.here(db, db.get_one(ParticipantRow, participant_id))
+
+    def _last_pose(self, participant_id: str, task: str) -> np.ndarray | None:
+        """Where the arm was when this participant last drove at the task, ``(7,)`` in [rad]."""
+        with self._database.read() as db:
+            chunk = drives.last_chunk(db, participant_id, task)
             return None if chunk is None else unpack(chunk.samples)[-1, _Q].copy()

@@ -63,11 +63,12 @@ class Recorder:
             while True:
                 await self._is_waiting.wait()
                 await asyncio.sleep(_GATHER_S)  # other drives' chunks go with it
-                await self._write_waiting()
+                await self.write_waiting()
         finally:
-            await self._write_waiting()
+            await self.write_waiting()
 
-    async def _write_waiting(self) -> None:
+    async def write_waiting(self) -> None:
+        """Write what has come so far."""
         items, self._waiting = self._waiting, []
         self._is_waiting.clear()
         if items and not await self._write(items):

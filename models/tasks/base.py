@@ -68,6 +68,11 @@ class Task:
     begin: Callable[[Simulation, Kinematics, np.random.Generator], Attempt] = drive_freely
 
     @property
+    def has_goal(self) -> bool:
+        """Whether there is anything to achieve when it is driven."""
+        return self.begin is not drive_freely
+
+    @property
     def home_q(self) -> JointPositions:
         """Where the arm starts, ``(7,)`` in [rad]."""
         return self.motions[0].home_q

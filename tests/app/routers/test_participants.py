@@ -9,11 +9,13 @@ import pytest
 from fastapi.testclient import TestClient
 
 from app.main import create_app
-from app.services import accounts, flow
+from app.services import consent, enrolment, protocols
 from app.settings import Settings
 from app.storage.database import migrate
 from app.storage.tables import AnswerRow, DriveRow, EventRow, JobRow, ParticipantRow
 from models.panda_pack import default_folder
+
+VERSION = consent.version_of(protocols.demo_protocol(Settings()))
 
 
 @pytest.fixture(scope="module")
@@ -31,9 +33,11 @@ class Page:
 
     def __init__(self, client: TestClient) -> None:
         self.client = client
-        self.id, self.token = str(uuid.uuid4()), accounts.new_token()
-        with client.app.state.service.database.write() as db:
-            accounts.add_participant(db, self.id, "experimenter", "plane", self.token)
+        self.id, self.token = str(uuid.uuid4()), enrolment.new_token()
+        service = client.app.state.service
+        with service.database.write() as db:
+            demo = protocols.demo(db, service.settings)
+            enrolment.enrol(db, demo, self.token, participant_id=self.id, origin="experimenter")
 
     def get(self, path: str) -> Any:
         return self.client.get(f"/p/{self.token}/api/{path}")
@@ -54,7 +58,7 @@ class Page:
         )
 
     def begin(self) -> list[str]:
-        self.post("consent", version=flow.CONSENT.version)
+        self.post("consent", version=self.get("session").json()["consent"]["version"])
         return [query["id"] for query in self.post("practice").json()["queries"]]
 
     def answer(self, query_id: str, h: Any = (0.5, 0.5), **body: Any) -> Any:
@@ -83,7 +87,7 @@ def sentence(response: Any) -> str:
 
 def test_the_steps_lead_from_consent_to_driving(page: Page) -> None:
     assert page.get("session").json()["step"] == "consent"
-    assert page.post("consent", version=flow.CONSENT.version).json()["step"] == "practice"
+    assert page.post("consent", version=VERSION).json()["step"] == "practice"
     session = page.post("practice").json()
     assert session["step"] == "queries"
     assert len(session["queries"]) == 7
@@ -132,10 +136,7 @@ def test_answers_can_be_changed_until_the_training_starts(page: Page) -> None:
 def test_the_same_step_sent_twice_at_once_counts_once(page: Page) -> None:
     event_id = str(uuid.uuid4())
     for _ in range(2):
-        assert (
-            page.post("consent", id=event_id, version=flow.CONSENT.version).json()["step"]
-            == "practice"
-        )
+        assert page.post("consent", id=event_id, version=VERSION).json()["step"] == "practice"
     assert len(page.rows(EventRow)) == 1
 
 
@@ -196,7 +197,7 @@ def test_an_answer_to_no_query_at_all_is_refused(page: Page) -> None:
     ],
 )
 def test_an_unknown_link_opens_nothing(client: TestClient, method: str, path: str) -> None:
-    response = client.request(method, f"/p/{accounts.new_token()}/api/{path}", json={})
+    response = client.request(method, f"/p/{enrolment.new_token()}/api/{path}", json={})
     assert response.status_code == 404
     assert "not known" in sentence(response)
 
@@ -251,7 +252,7 @@ def test_a_body_that_is_no_answer_is_refused(page: Page, body: bytes) -> None:
 def test_a_form_from_another_site_is_refused(page: Page) -> None:
     response = page.client.post(
         f"/p/{page.token}/api/consent",
-        json={"id": str(uuid.uuid4()), "version": flow.CONSENT.version},
+        json={"id": str(uuid.uuid4()), "version": VERSION},
         headers={"Origin": "http://evil.example"},
     )
     assert response.status_code == 403
@@ -262,7 +263,7 @@ def test_a_form_from_another_site_is_refused(page: Page) -> None:
 def test_nobody_drives_before_the_training(page: Page) -> None:
     for go_on in (
         lambda: None,
-        lambda: page.post("consent", version=flow.CONSENT.version),
+        lambda: page.post("consent", version=VERSION),
         lambda: page.post("practice"),
     ):
         go_on()

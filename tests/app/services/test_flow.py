@@ -1,27 +1,72 @@
+"""Steps: every one is reached from the one before, none is skipped or taken twice."""
+
+import itertools
 import uuid
 
 import pytest
 
 from app.errors import IdReused, WrongStep
-from app.services import flow
+from app.services import flow, protocols
 from app.storage.database import Database
-from app.storage.tables import EventRow
-from tests.app.factories import make_participant
+from app.storage.tables import EventRow, ParticipantRow
+from tests.app.factories import FREE, SMALL, enrol, make_participant, make_study
+
+FREE_STEPS: tuple[flow.Kind, ...] = ("consent", "practice", "queries", "training", "driving")
+
+
+def kind_of(db: object, participant: ParticipantRow) -> str:
+    return flow.here(db, participant).step.kind  # type: ignore[arg-type]
+
+
+def test_a_studys_steps_in_order() -> None:
+    steps = flow.steps_of(protocols.parse(SMALL), 0)
+    order = flow.order_of(protocols.parse(SMALL), 0)
+    one = ["block/avoid/{0}", "questions/avoid/{0}/steering"]
+    assert [step.key for step in steps] == [
+        "consent",
+        "practice",
+        "queries/avoid",
+        "training/avoid",
+        *(key.format(position) for position in (1, 2, 3) for key in one),
+        "questions/avoid/after/preference",
+        "queries/pour-cup",
+        "training/pour-cup",
+        *(key.format(n).replace("avoid", "pour-cup") for n in (1, 2, 3) for key in one),
+        "questions/pour-cup/after/preference",
+        "end",
+    ]
+    driven = [step.strategies for step in steps if step.kind == "block"]
+    assert driven == [(strategy,) for strategy in order] * 2
+
+
+def test_without_practice_there_is_no_practice() -> None:
+    steps = flow.steps_of(protocols.parse(SMALL | {"practice_s": 0.0}), 0)
+    assert "practice" not in [step.key for step in steps]
+
+
+def test_who_tries_it_out_drives_without_an_end() -> None:
+    steps = flow.steps_of(protocols.parse(FREE), 0)
+    assert tuple(step.kind for step in steps) == FREE_STEPS
+    assert steps[-1].strategies == protocols.DEMO_STRATEGIES
 
 
 def test_every_step_is_reached_from_the_one_before(database: Database) -> None:
     with database.write() as db:
-        participant = make_participant(db)
-        for leaves, arrives in zip(flow.STEPS, flow.STEPS[1:], strict=False):
-            assert participant.step == leaves
-            assert flow.advance(db, participant, str(uuid.uuid4()), leaves)
-            assert participant.step == arrives
+        participant = enrol(db, make_study(db))
+        steps = flow.here(db, participant).steps
+        for leaves, arrives in itertools.pairwise(steps):
+            assert flow.here(db, participant).step == leaves
+            assert flow.advance(db, participant, str(uuid.uuid4()), leaves.kind, leaves.key)
+            assert flow.here(db, participant).step == arrives
+            assert participant.state == ("completed" if arrives.kind == "end" else "active")
+        with pytest.raises(WrongStep):
+            flow.advance(db, participant, str(uuid.uuid4()), "end")
 
 
-@pytest.mark.parametrize("step", flow.STEPS)
-@pytest.mark.parametrize("leaves", flow.STEPS[:-1])
+@pytest.mark.parametrize("step", FREE_STEPS)
+@pytest.mark.parametrize("leaves", FREE_STEPS[:-1])
 def test_no_step_can_be_skipped_or_taken_twice(
-    database: Database, step: flow.Step, leaves: flow.Step
+    database: Database, step: flow.Kind, leaves: flow.Kind
 ) -> None:
     with database.write() as db:
         participant = make_participant(db, step=step)
@@ -29,7 +74,18 @@ def test_no_step_can_be_skipped_or_taken_twice(
             return
         with pytest.raises(WrongStep):
             flow.advance(db, participant, str(uuid.uuid4()), leaves)
-        assert participant.step == step
+        assert kind_of(db, participant) == step
+
+
+def test_of_two_steps_of_a_kind_only_the_right_one_can_be_left(database: Database) -> None:
+    with database.write() as db:
+        participant = enrol(db, make_study(db))
+        participant.place = 4
+        assert flow.here(db, participant).step.key == "block/avoid/1"
+        for wrong in ("block/avoid/2", "block/pour-cup/1", "consent"):
+            with pytest.raises(WrongStep):
+                flow.advance(db, participant, str(uuid.uuid4()), "block", wrong)
+        assert flow.advance(db, participant, str(uuid.uuid4()), "block", "block/avoid/1")
 
 
 def test_the_same_step_sent_again_changes_nothing(database: Database) -> None:
@@ -38,7 +94,7 @@ def test_the_same_step_sent_again_changes_nothing(database: Database) -> None:
         event_id = str(uuid.uuid4())
         assert flow.advance(db, participant, event_id, "consent")
         assert not flow.advance(db, participant, event_id, "consent")
-        assert participant.step == "practice"
+        assert kind_of(db, participant) == "practice"
         assert db.query(EventRow).count() == 1
 
 

@@ -72,14 +72,14 @@ def test_an_id_used_for_anything_else_is_refused_and_changes_nothing(database: D
         assert stick.settings_of(other) == StickSettings()
 
 
-@pytest.mark.parametrize("step", flow.STEPS[1:])
+@pytest.mark.parametrize("step", ["practice", "queries", "training", "driving"])
 def test_the_stick_can_be_set_at_every_step_after_consent(
-    database: Database, step: flow.Step
+    database: Database, step: str
 ) -> None:
     with database.write() as db:
         participant = make_participant(db, step=step)
         assert stick.change(db, participant, wanted(one_axis=True))
-        assert participant.step == step
+        assert flow.here(db, participant).step.kind == step
 
 
 def test_nothing_is_kept_of_who_has_not_agreed_yet(database: Database) -> None:

@@ -3,7 +3,8 @@ from pathlib import Path
 import pytest
 
 from app.errors import WrongStep
-from app.services import queries, training
+from app.schemas.protocol import TaskProtocol
+from app.services import flow, queries, training
 from app.services.training import TrainedAlignment, TrainingOutcome
 from app.settings import Settings
 from app.storage import jobs, participants
@@ -11,7 +12,8 @@ from app.storage.database import Database
 from app.storage.tables import AlignmentRow, JobRow
 from tests.app.factories import make_answer, make_participant
 
-SETTINGS = Settings(labels_wanted=7)
+SETTINGS = Settings()
+PLANE = TaskProtocol(task="plane", labels=7)
 OUTCOME = TrainingOutcome(
     (TrainedAlignment("all-priors", "file", "sha", "c", {}, "code"),), {"all-priors": {}}, 0.4
 )
@@ -20,9 +22,9 @@ OUTCOME = TrainingOutcome(
 def queued_job(database: Database) -> str:
     with database.write() as db:
         participant = make_participant(db, step="queries", moves=14)
-        for query in participants.queries_of(db, participant.id)[:7]:
-            queries.record(db, participant, make_answer(query), 7)
-        return training.enqueue(db, participant, 7).id
+        for query in participants.queries_of(db, participant.id, "plane")[:7]:
+            queries.record(db, participant, make_answer(query))
+        return training.enqueue(db, participant, PLANE).id
 
 
 def state_of(database: Database, job_id: str) -> tuple[str, int, int]:
@@ -73,8 +75,8 @@ def test_a_job_is_given_up_after_three_attempts_and_can_be_tried_again(
     assert state_of(database, job_id) == ("failed", 3, 0)
     with database.write() as db:
         participant = participants.everyone(db)[0]
-        assert training.status(db, participant).error == training.FAILED
-        training.retry(db, participant)
+        assert training.status(db, participant, flow.here(db, participant)).error == training.FAILED
+        training.retry(db, participant, "plane")
     assert state_of(database, job_id) == ("queued", 0, 0)
 
 
@@ -91,9 +93,9 @@ def test_the_same_answers_are_never_queued_twice(database: Database) -> None:
     queued_job(database)
     with database.read() as db:
         participant = participants.everyone(db)[0]
-        first = jobs.of_participant(db, participant.id)
+        first = jobs.of_task(db, participant.id, "plane")
         assert first is not None
-        again = training.data_hash(participant, queries.asked(db, participant, 7))
+        again = training.data_hash(participant, queries.asked(db, participant, PLANE))
         assert again == first.data_hash
 
 
@@ -101,16 +103,16 @@ def test_other_answers_have_another_hash(database: Database) -> None:
     queued_job(database)
     with database.write() as db:
         participant = participants.everyone(db)[0]
-        before = training.data_hash(participant, queries.asked(db, participant, 7))
-        query = participants.queries_of(db, participant.id)[3]
-        queries.record(db, participant, make_answer(query, h=(0.5, -0.500001)), 7)
-        assert training.data_hash(participant, queries.asked(db, participant, 7)) != before
+        before = training.data_hash(participant, queries.asked(db, participant, PLANE))
+        query = participants.queries_of(db, participant.id, "plane")[3]
+        queries.record(db, participant, make_answer(query, h=(0.5, -0.500001)))
+        assert training.data_hash(participant, queries.asked(db, participant, PLANE)) != before
 
 
 def test_there_is_no_training_before_the_answers(database: Database) -> None:
     with database.write() as db:
         participant = make_participant(db, step="queries")
         with pytest.raises(WrongStep):
-            training.status(db, participant)
+            training.status(db, participant, flow.here(db, participant))
         with pytest.raises(WrongStep):
-            training.retry(db, participant)
+            training.retry(db, participant, "plane")

@@ -1,0 +1,150 @@
+"""What a participant's page is told of where they are: all it needs for that step, and no more.
+
+In a study nothing of this names a strategy: ways of steering are counted, and the order in which
+they come is the server's to know.
+"""
+
+from dataclasses import asdict
+
+from sqlalchemy.orm import Session
+
+from app.schemas.participants import (
+    BlockOut,
+    ConsentOut,
+    EndOut,
+    GivenOut,
+    QueryOut,
+    QuestionsOut,
+    SessionOut,
+    StickSettingsOut,
+    StrategyOut,
+    WayOut,
+)
+from app.services import consent, drives, flow, protocols, queries, stick
+from app.storage.tables import ParticipantRow
+from models.tasks import get_task
+
+_ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
+_FREE_WAY = {
+    "consent": "Welcome",
+    "practice": "Practise",
+    "queries": "Show",
+    "training": "Learn",
+    "driving": "Drive",
+}
+
+
+def session_of(db: Session, participant: ParticipantRow) -> SessionOut:
+    """Where the participant is."""
+    at = flow.here(db, participant)
+    step, protocol = at.step, at.protocol
+    is_asking = step.kind == "queries"
+    questions = queries.asked(db, participant, at.task) if is_asking else []
+    return SessionOut(
+        study=protocol.title,
+        state="active" if participant.state == "abandoned" else participant.state,  # type: ignore[arg-type]
+        step=step.kind,
+        key=step.key,
+        place=at.place,
+        task=None if step.task is None else get_task(step.task).title,
+        way=_way(at),
+        may_withdraw=participant.state == "active" and step.kind not in ("consent", "end"),
+        block=_block(db, participant, at) if step.kind == "block" else None,
+        questions=_questions(at) if step.kind == "questions" else None,
+        end=_end(participant, at) if step.kind == "end" else None,
+        consent=ConsentOut(
+            version=consent.version_of(protocol),
+            title=protocol.title,
+            html=consent.html_of(protocol),
+        ),
+        practice_s=protocol.practice_s,
+        queries=[_query(question) for question in questions],
+        labels_wanted=at.task.labels,
+        may_end_early=at.task.questions == "designed",
+        field_says=get_task(at.task.task).field_says,
+        strategies=[
+            StrategyOut(name=choice.name, title=choice.title, note=choice.note)
+            for choice in drives.STRATEGIES
+            if protocol.is_free and choice.name in at.order
+        ],
+        may_switch_arrows=protocol.arrows == "switch",
+        notice=queries.notice(questions) if is_asking else None,
+        stick=StickSettingsOut(**asdict(stick.settings_of(participant))),
+    )
+
+
+def title_of(step: flow.Step) -> str:
+    """A step in words, for experimenters."""
+    words = {
+        "consent": "Welcome",
+        "practice": "Practise",
+        "queries": "show",
+        "training": "learn",
+        "block": "drive",
+        "driving": "drive",
+        "questions": f"questionnaire {step.questionnaire}",
+        "end": "Done",
+    }[step.kind]
+    task = "" if step.task is None else f"{get_task(step.task).title}: "
+    way = "" if step.position is None else f", way {step.position}"
+    return f"{task}{words}{way}"
+
+
+def _way(at: flow.Here) -> list[WayOut]:
+    """The stages at the top of the page, one for several steps that belong together."""
+    stages = [_stage(at, step) for step in at.steps]
+    titles = list(dict.fromkeys(stages))
+    here = titles.index(stages[at.place])
+    return [
+        WayOut(title=title, is_here=index == here, is_done=index < here)
+        for index, title in enumerate(titles)
+    ]
+
+
+def _stage(at: flow.Here, step: flow.Step) -> str:
+    if at.protocol.is_free:
+        return _FREE_WAY.get(step.kind, "Done")
+    if step.task is not None:
+        return get_task(step.task).title
+    return {"consent": "Welcome", "practice": "Practise", "questions": "Questions"}.get(
+        step.kind, "Done"
+    )
+
+
+def _query(question: queries.Question) -> QueryOut:
+    answer = question.answer
+    given = None
+    if answer is not None:
+        h = None if answer.h_x is None or answer.h_y is None else (answer.h_x, answer.h_y)
+        given = GivenOut(id=answer.id, h=h)
+    return QueryOut(id=question.query.id, position=question.query.position, answer=given)
+
+
+def _block(db: Session, participant: ParticipantRow, at: flow.Here) -> BlockOut:
+    made = drives.made(db, participant, at)
+    return BlockOut(
+        position=at.step.position or 1,
+        of=len(at.order),
+        drives_wanted=at.protocol.drives,
+        drives_made=min(made, at.protocol.drives),
+        may_continue=made >= at.protocol.drives,
+        open_drive=drives.still_open(db, participant),
+    )
+
+
+def _questions(at: flow.Here) -> QuestionsOut:
+    step = at.step
+    questionnaire = protocols.find_questionnaire(at.protocol, step.questionnaire or "")
+    assert questionnaire is not None, "a protocol's questionnaires are checked when it is kept"
+    about = None if step.task is None else get_task(step.task).title
+    if step.position is not None:
+        about = f"{about}: the {_ORDINALS[(step.position - 1) % len(_ORDINALS)]} way of steering"
+    return QuestionsOut(questionnaire=questionnaire, about=about, ways=len(at.order))
+
+
+def _end(participant: ParticipantRow, at: flow.Here) -> EndOut:
+    if participant.state == "withdrawn":
+        return EndOut(message="You have stopped taking part. Thank you!", code=None, url=None)
+    done = at.protocol.completion
+    url = None if done.url is None else done.url.replace("{code}", done.code or "")
+    return EndOut(message=done.message, code=done.code, url=url)

@@ -1,0 +1,186 @@
+"""Enrolment: places, quotas and the design, with people who come, go and come back."""
+
+import random
+import threading
+import uuid
+from collections import Counter
+from datetime import timedelta
+
+import pytest
+from sqlalchemy.orm import Session
+
+from app.errors import IdReused, UnknownLink
+from app.services import enrolment, flow, protocols
+from app.storage import participants, studies
+from app.storage.database import Database
+from app.storage.tables import ParticipantRow, StudyRow
+from tests.app.factories import enrol, make_study, now
+
+CELLS = 6
+
+
+def imbalance(db: Session, study: StudyRow) -> int:
+    """How many more the fullest cell has than the emptiest, of those who hold a place."""
+    protocol = studies.latest(db, study.id)
+    assert protocol is not None
+    counts = studies.cell_counts(db, protocol.id, enrolment.LIVE)
+    spread = [counts.get(cell, 0) for cell in range(CELLS)]
+    return max(spread) - min(spread)
+
+
+def test_people_are_spread_evenly_over_the_orders(database: Database) -> None:
+    with database.write() as db:
+        study = make_study(db)
+        for _ in range(50):
+            enrol(db, study)
+            assert imbalance(db, study) <= 1
+
+
+def test_a_study_takes_in_no_more_than_it_wants_and_freed_places_are_given_again(
+    database: Database,
+) -> None:
+    with database.write() as db:
+        study = make_study(db, participants=12)
+        people = [enrol(db, study) for _ in range(12)]
+        with pytest.raises(enrolment.StudyFull):
+            enrol(db, study)
+        enrolment.leave(db, people[3], "withdrawn")
+        enrol(db, study)
+        with pytest.raises(enrolment.StudyFull):
+            enrol(db, study)
+        assert imbalance(db, study) == 0
+
+
+def test_two_thousand_come_and_a_third_leaves_and_the_design_stays_even(
+    database: Database,
+) -> None:
+    """Each does all of it in the end or leaves somewhere; whoever leaves is replaced."""
+    rng = random.Random(20261124)
+    worst, wanted, came = 0, 600, 0
+    with database.write() as db:
+        while came < 2000:
+            study = make_study(db, participants=wanted)
+            active: list[ParticipantRow] = []
+            while True:
+                try:
+                    active.append(enrol(db, study))
+                    came += 1
+                except enrolment.StudyFull:
+                    if not active:
+                        break
+                if len(active) > rng.randint(0, 20):
+                    person = active.pop(rng.randrange(len(active)))
+                    # Three of ten leave, before they have come to drive.
+                    if rng.random() < 0.3:
+                        enrolment.leave(db, person, rng.choice(("abandoned", "withdrawn")))
+                    else:
+                        person.place = 10
+                        person.state = "completed"
+                        db.flush()
+                worst = max(worst, imbalance(db, study)) if came % 7 == 0 else worst
+            protocol = studies.latest(db, study.id)
+            assert protocol is not None
+            done = studies.cell_counts(db, protocol.id, ("completed",))
+            assert sum(done.values()) == wanted
+            assert Counter(done.values()) == {wanted // CELLS: CELLS}
+    assert worst <= 1
+
+
+def test_who_has_driven_keeps_their_order_when_others_leave(database: Database) -> None:
+    with database.write() as db:
+        study = make_study(db)
+        people = [enrol(db, study) for _ in range(12)]
+        for person in people:
+            person.place = 6
+        before = {person.id: person.cell for person in people}
+        gone = [person for person in people if person.cell == 0]
+        for person in gone:
+            enrolment.leave(db, person, "withdrawn")
+        assert {person.id: person.cell for person in people} == before
+        enrol(db, study)
+        enrol(db, study)
+        assert imbalance(db, study) == 0
+
+
+def test_fifty_at_once_get_one_place_each(database: Database) -> None:
+    with database.write() as db:
+        study_id = make_study(db, participants=50).id
+    refused = []
+
+    def come() -> None:
+        with database.write() as db:
+            try:
+                enrol(db, db.get_one(StudyRow, study_id))
+            except enrolment.StudyFull:
+                refused.append(1)
+
+    threads = [threading.Thread(target=come) for _ in range(60)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    with database.read() as db:
+        people = participants.everyone(db)
+        assert len(people) == len({person.number for person in people}) == 50
+        assert imbalance(db, db.get_one(StudyRow, study_id)) <= 1
+    assert len(refused) == 10
+
+
+def test_a_recruiting_services_person_is_enrolled_once(database: Database) -> None:
+    with database.write() as db:
+        study, link = make_study(db), enrolment.new_token()
+        study.link_hash = enrolment.hash_of(link)
+        first_token, second_token = enrolment.new_token(), enrolment.new_token()
+        first = enrolment.join(db, link, first_token, "5f3c")
+        again = enrolment.join(db, link, second_token, "5f3c")
+        other = enrolment.join(db, link, enrolment.new_token(), "77aa")
+        assert first.id == again.id != other.id
+        assert enrolment.participant_of(db, second_token).id == first.id
+        with pytest.raises(UnknownLink):
+            enrolment.participant_of(db, first_token)
+        study.state = "closed"
+        assert enrolment.join(db, link, enrolment.new_token(), "5f3c").id == first.id
+        with pytest.raises(enrolment.StudyClosed):
+            enrolment.join(db, link, enrolment.new_token(), "new")
+        with pytest.raises(UnknownLink):
+            enrolment.join(db, "guessed", enrolment.new_token(), None)
+
+
+def test_the_same_id_is_enrolled_once(database: Database) -> None:
+    with database.write() as db:
+        study, participant_id = make_study(db), str(uuid.uuid4())
+        enrol(db, study, participant_id=participant_id)
+        with pytest.raises(IdReused):
+            enrol(db, study, participant_id=participant_id)
+
+
+def test_who_is_silent_too_long_frees_a_place_and_may_come_back(database: Database) -> None:
+    with database.write() as db:
+        study = make_study(db, abandoned_after_h=24.0)
+        silent, done = enrol(db, study), enrol(db, study)
+        done.state = "completed"
+        assert enrolment.free_abandoned(db, now() + timedelta(hours=23)) == 0
+        assert enrolment.free_abandoned(db, now() + timedelta(hours=25)) == 1
+        assert (silent.state, done.state) == ("abandoned", "completed")
+        silent.place = 5
+        enrolment.come_back(db, silent)
+        assert silent.state == "active"
+        assert flow.here(db, silent).place == 5
+
+
+def test_a_changed_protocol_is_a_new_version_once_somebody_takes_part(database: Database) -> None:
+    with database.write() as db:
+        study = make_study(db)
+        first = studies.latest(db, study.id)
+        assert first is not None
+        changed = protocols.of_row(first).model_copy(update={"title": "Before anyone came"})
+        assert protocols.keep(db, study, changed).version == 1
+        early = enrol(db, study)
+        assert first.frozen_at is not None
+        later = changed.model_copy(update={"drives": 2})
+        assert protocols.keep(db, study, changed).version == 1
+        assert protocols.keep(db, study, later).version == 2
+        late = enrol(db, study)
+        assert flow.here(db, early).protocol.drives == 1
+        assert flow.here(db, late).protocol.drives == 2
+        assert (flow.here(db, early).version, flow.here(db, late).version) == (1, 2)
