@@ -73,9 +73,7 @@ def test_an_id_used_for_anything_else_is_refused_and_changes_nothing(database: D
 
 
 @pytest.mark.parametrize("step", ["practice", "queries", "training", "driving"])
-def test_the_stick_can_be_set_at_every_step_after_consent(
-    database: Database, step: str
-) -> None:
+def test_the_stick_can_be_set_at_every_step_after_consent(database: Database, step: str) -> None:
     with database.write() as db:
         participant = make_participant(db, step=step)
         assert stick.change(db, participant, wanted(one_axis=True))

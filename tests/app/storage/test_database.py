@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from sqlalchemy import inspect, select, text
 
+from app.services import flow, queries
 from app.storage.database import Database, DatabaseInUse, make_engine, migrate
 from app.storage.tables import ParticipantRow, Row
 from app.storage.ticks import COLUMNS, unpack
@@ -95,3 +96,39 @@ def test_ticks_recorded_before_touches_were_stay_readable(tmp_path: Path) -> Non
         found = unpack(db.execute("SELECT samples FROM sample_chunk").fetchone()[0])
     assert np.array_equal(found[:, :-1], rows)
     assert np.isnan(found[:, -1]).all()
+
+
+def test_who_took_part_before_there_were_studies_is_where_they_were(tmp_path: Path) -> None:
+    path = tmp_path / "old.db"
+    migrate(path, "e81b5c20d9f4")
+    steps = ("consent", "practice", "queries", "training", "driving")
+    with closing(sqlite3.connect(path)) as db, db:
+        for number, step in enumerate(steps, start=1):
+            task = "plane" if number < 4 else "avoid"
+            db.execute(
+                "INSERT INTO participant (id, number, origin, token_hash, seed, task, step,"
+                " created_at) VALUES (?, ?, 'start', ?, 7, ?, ?, '2026-11-23 12:00:00')",
+                [f"p{number}", number, f"hash {number}", task, step],
+            )
+        db.execute(
+            "INSERT INTO query (id, participant_id, position, pool_index, controller_hash, s, z,"
+            " next_s, path, hand_path)"
+            " VALUES ('q', 'p4', 1, 1, 'c', '[]', '[]', '[]', '[]', '[]')"
+        )
+        db.execute(
+            "INSERT INTO answer (id, participant_id, query_id, h_x, h_y, thinking_time_s,"
+            " answered_at) VALUES ('a', 'p4', 'q', 0.5, 0.5, 1.0, '2026-11-23 12:00:00')"
+        )
+    migrate(path)
+    database = Database(path)
+    with database.read() as db:
+        for number, step in enumerate(steps, start=1):
+            participant = db.get_one(ParticipantRow, f"p{number}")
+            at = flow.here(db, participant)
+            assert (at.step.kind, participant.state) == (step, "active")
+            assert at.task.task == ("plane" if number < 4 else "avoid")
+            assert participant.token_hash == f"hash {number}"
+        (question,) = queries.asked(db, db.get_one(ParticipantRow, "p4"), at.task)
+        assert question.answer is not None
+        assert question.answer.h_x == 0.5
+    database.close()

@@ -24,6 +24,8 @@ def make_drive(database: Database) -> str:
             DriveRow(
                 id="drive",
                 participant_id=participant.id,
+                task="plane",
+                step="driving",
                 strategy="no-align",
                 alignment_id=None,
                 boot="boot",
