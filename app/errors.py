@@ -61,7 +61,7 @@ class NotAllowed(JoymapError):
 
     def __init__(self) -> None:
         """Say how to get in."""
-        super().__init__("Open the experimenter link that the server printed when it started.")
+        super().__init__("Please log in, or open the experimenter link the server printed.")
 
 
 class UsedSetupLink(JoymapError):

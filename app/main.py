@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import gc
 import logging
+import time
 import uuid
 from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
@@ -23,6 +24,7 @@ from app.jobs.supervisor import Supervisor
 from app.routers import ROUTERS, pages
 from app.routers.dependencies import Service
 from app.services import drives, enrolment, protocols, queries
+from app.services.doorkeeping import Doorkeeper
 from app.settings import STATIC_DIR, Settings
 from app.storage.database import Database
 from app.teleop.live_sessions import LiveSessions
@@ -59,6 +61,7 @@ def create_app(settings: Settings) -> FastAPI:
             live=LiveSessions(settings, database, pack, controllers, kinematics),
             replays=Replays(database, pack),
             supervisor=supervisor,
+            doorkeeper=Doorkeeper(time.monotonic),
             controllers=controllers,
             kinematics=kinematics,
             survey=survey,

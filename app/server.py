@@ -7,7 +7,7 @@ from collections.abc import Callable
 import uvicorn
 from fastapi import FastAPI
 
-from app.services import accounts
+from app.services import accounts, enrolment
 from app.settings import Settings
 from app.storage.database import Database
 
@@ -45,7 +45,7 @@ def print_links(app: FastAPI, settings: Settings) -> None:
     """Print the links of this start: a participant's, and the experimenter's."""
     database: Database = app.state.service.database
     with database.write() as db:
-        participant = accounts.startup_link(db, settings.task)
+        participant = enrolment.startup_link(db, settings)
         setup = accounts.new_setup_link(db)
     lines = [
         "",

@@ -32,6 +32,7 @@ class RunningServer:
             "JOYMAP_PANDA_DIR": str(default_folder()),
             **{f"JOYMAP_{name.upper()}": str(value) for name, value in settings.items()},
         }
+        self._experimenter: httpx.Client | None = None
         self.data_dir, self.log_path = data_dir, data_dir / "server.log"
         data_dir.mkdir(parents=True, exist_ok=True)
         with self.log_path.open("ab") as log:
@@ -80,15 +81,21 @@ class RunningServer:
         engine.dispose()
         return found
 
+    def experimenter(self) -> httpx.Client:
+        """An owner's programs: the printed link makes the account at the first time."""
+        if self._experimenter is None:
+            self._experimenter = httpx.Client(base_url=self.base_url, timeout=20.0)
+            who = {"name": "owner", "password": "correct horse"}
+            self._experimenter.post(self.experimenter_link, json=who).raise_for_status()
+        return self._experimenter
+
     def participant_links(self, count: int) -> list[str]:
         """The printed link, and as many more as it takes, made by the experimenter."""
         links = [self.participant_link]
-        with httpx.Client(base_url=self.base_url, follow_redirects=True) as experimenter:
-            if count > 1:
-                experimenter.post(self.experimenter_link).raise_for_status()
-            while len(links) < count:
-                made = experimenter.post("/api/participants", json={"id": str(uuid.uuid4())})
-                links.append(made.json()["link"])
+        if count > 1:
+            wanted = {"id": str(uuid.uuid4()), "count": count - 1}
+            made = self.experimenter().post("/api/v1/studies/demo/participants", json=wanted)
+            links += [line["link"] for line in made.raise_for_status().json()["participants"]]
         return links
 
     def kill(self) -> None:

@@ -4,12 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated
 
-from fastapi import Cookie, Depends
+from fastapi import Depends, Request, Response
 from fastapi.requests import HTTPConnection
 
 from app.errors import ForeignOrigin
 from app.jobs.supervisor import Supervisor
 from app.services import accounts, enrolment
+from app.services.accounts import Experimenter, NotYours
+from app.services.doorkeeping import Doorkeeper
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.tables import ParticipantRow
@@ -31,6 +33,7 @@ class Service:
     live: LiveSessions
     replays: Replays
     supervisor: Supervisor
+    doorkeeper: Doorkeeper
     controllers: dict[str, LatentController]
     kinematics: Kinematics
     survey: Callable[[str], Survey]  # of a task, made when it is first asked for
@@ -55,14 +58,38 @@ def _participant(token: str, here: Here) -> ParticipantRow:
 CurrentParticipant = Annotated[ParticipantRow, Depends(_participant)]
 
 
-def _experimenter(
-    here: Here, login: Annotated[str | None, Cookie(alias=LOGIN_COOKIE)] = None
-) -> None:
+def _experimenter(connection: HTTPConnection, here: Here) -> Experimenter:
+    kind, _, key = connection.headers.get("authorization", "").partition(" ")
+    bearer = key.strip() if kind.lower() == "bearer" else None
     with here.database.read() as db:
-        accounts.check_login(db, login)
+        return accounts.experimenter_of(db, connection.cookies.get(LOGIN_COOKIE), bearer)
 
 
-ExperimenterOnly = Depends(_experimenter)
+def _at_least(role: accounts.Role) -> Callable[[Experimenter], Experimenter]:
+    def check(me: Annotated[Experimenter, Depends(_experimenter)]) -> Experimenter:
+        if not me.may(role):
+            raise NotYours(role)
+        return me
+
+    return check
+
+
+ViewerOnly = Depends(_at_least("viewer"))
+Viewer = Annotated[Experimenter, Depends(_at_least("viewer"))]
+Assistant = Annotated[Experimenter, Depends(_at_least("assistant"))]
+Owner = Annotated[Experimenter, Depends(_at_least("owner"))]
+
+
+def login_cookie(request: Request, response: Response, token: str) -> None:
+    """Let this browser be known by a login."""
+    response.set_cookie(
+        LOGIN_COOKIE,
+        token,
+        max_age=int(accounts.LOGIN_LASTS.total_seconds()),
+        httponly=True,
+        samesite="lax",
+        secure=request.url.scheme == "https",
+    )
 
 
 def same_origin(connection: HTTPConnection) -> None:

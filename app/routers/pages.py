@@ -6,20 +6,19 @@ from functools import cache
 from fastapi import APIRouter, Depends, Request, Response
 from fastapi.responses import HTMLResponse, RedirectResponse
 
-from app.errors import JoymapError
+from app.errors import JoymapError, NotAllowed
 from app.routers.dependencies import (
-    LOGIN_COOKIE,
     CurrentParticipant,
-    ExperimenterOnly,
     Here,
+    Viewer,
+    login_cookie,
     same_origin,
 )
+from app.schemas.accounts import CredentialsIn
 from app.services import accounts
 from app.settings import STATIC_DIR
 
 router = APIRouter()
-
-_LOGIN_LASTS_S = 14 * 24 * 3600
 
 
 @cache
@@ -65,37 +64,44 @@ def read_participant_page(participant: CurrentParticipant) -> HTMLResponse:
 
 @router.get("/setup/{token}")
 def read_setup_page(token: str, here: Here) -> HTMLResponse:
-    """The experimenter link: looking at it uses nothing up."""
+    """The link that makes an account: looking at it uses nothing up."""
     with here.database.read() as db:
         accounts.check_setup_link(db, token)
     return HTMLResponse(page("setup.html"))
 
 
-@router.post("/setup/{token}", dependencies=[Depends(same_origin)])
-def use_setup_link(token: str, here: Here, request: Request) -> Response:
-    """The button on it logs this browser in, once."""
+@router.post("/setup/{token}", dependencies=[Depends(same_origin)], status_code=204)
+def use_setup_link(token: str, who: CredentialsIn, here: Here, request: Request) -> Response:
+    """The form on it makes the account and logs this browser in, once."""
+    here.doorkeeper.admit("setup")
+    name = accounts.clean_name(who.name)
+    with here.database.read() as db:
+        accounts.check_setup_link(db, token)
+    hashed = accounts.hashed(who.password)
     with here.database.write() as db:
-        login = accounts.log_in(db, token)
-    response = RedirectResponse("/dashboard", status_code=303)
-    response.set_cookie(
-        LOGIN_COOKIE,
-        login,
-        max_age=_LOGIN_LASTS_S,
-        httponly=True,
-        samesite="lax",
-        secure=request.url.scheme == "https",
-    )
+        login = accounts.sign_up(db, token, name, hashed)
+    response = Response(status_code=204)
+    login_cookie(request, response, login)
     return response
 
 
-@router.get("/dashboard", dependencies=[ExperimenterOnly])
-def read_dashboard() -> HTMLResponse:
+@router.get("/login")
+def read_login_page() -> HTMLResponse:
+    """Where experimenters come in."""
+    return HTMLResponse(page("login.html"))
+
+
+@router.get("/dashboard")
+def read_dashboard(me: Viewer) -> HTMLResponse:
     """The experimenter's page."""
+    del me  # asking for it is the check
     return HTMLResponse(page("dashboard.html"))
 
 
 def refusal_page(request: Request, error: JoymapError) -> Response | None:
     """A page for a refused page; None where a program asked."""
-    if request.method != "GET" or "text/html" not in request.headers.get("accept", ""):
+    if "text/html" not in request.headers.get("accept", ""):
         return None
+    if isinstance(error, NotAllowed) and request.method == "GET":
+        return RedirectResponse("/login", status_code=303)
     return message_page("Sorry", error.sentence, error.status_code)

@@ -11,7 +11,7 @@ from fastapi import APIRouter, Depends, Path, WebSocket, WebSocketDisconnect
 from fastapi.responses import HTMLResponse
 from pydantic import ValidationError
 
-from app.routers.dependencies import ExperimenterOnly, Here, same_origin
+from app.routers.dependencies import Here, ViewerOnly, same_origin
 from app.routers.pages import page
 from app.scene.page import CONTENT_SECURITY_POLICY, scene_page
 from app.scene.server import SUBPROTOCOL
@@ -27,22 +27,22 @@ from app.schemas.replay import (
     SeekIn,
     SpeedIn,
 )
-from app.services import accounts, records
+from app.services import enrolment, records
 from app.services.records import NothingRecorded, Record
 from app.storage.tables import DriveRow, ParticipantRow
 from app.teleop.replay import Replay
 
-router = APIRouter(dependencies=[ExperimenterOnly, Depends(same_origin)])
+router = APIRouter(dependencies=[ViewerOnly, Depends(same_origin)])
 
 _EVERY_S = 1.0 / 30.0
 View = Annotated[str, Path(min_length=1, max_length=64)]
 
 
-@router.get("/api/participants/{participant_id}/drives")
+@router.get("/api/v1/participants/{participant_id}/drives")
 def read_drives(participant_id: str, here: Here) -> DrivesOut:
     """A participant's drives, each with its measures."""
     with here.database.read() as db:
-        participant = accounts.by_id(db, participant_id)
+        participant = enrolment.by_id(db, participant_id)
         found = records.of_participant(db, participant_id)
         lines = []
         for drive in found:
@@ -50,10 +50,10 @@ def read_drives(participant_id: str, here: Here) -> DrivesOut:
             with contextlib.suppress(NothingRecorded):
                 record = records.read(db, drive.id)
             lines.append(DriveOut(**_facts(drive, record)))
-        return DrivesOut(label=accounts.label_of(participant), drives=lines)
+        return DrivesOut(label=enrolment.label_of(participant), drives=lines)
 
 
-@router.get("/api/drives/{drive_id}")
+@router.get("/api/v1/drives/{drive_id}")
 def read_drive(drive_id: str, here: Here) -> DriveDetailOut:
     """A drive's measures, and what is drawn of it."""
     with here.database.read() as db:
@@ -62,7 +62,7 @@ def read_drive(drive_id: str, here: Here) -> DriveDetailOut:
         return DriveDetailOut(
             **_facts(record.drive, record),
             participant_id=participant.id,
-            label=accounts.label_of(participant),
+            label=enrolment.label_of(participant),
             task=record.task.title,
             path=record.path(),
             stick_map=record.stick_map(),
@@ -73,7 +73,7 @@ def read_drive(drive_id: str, here: Here) -> DriveDetailOut:
 def read_drives_page(participant_id: str, here: Here) -> HTMLResponse:
     """The page of a participant's drives."""
     with here.database.read() as db:
-        accounts.by_id(db, participant_id)
+        enrolment.by_id(db, participant_id)
     return HTMLResponse(page("drives.html"))
 
 

@@ -68,6 +68,15 @@ def hash_of(token: str) -> str:
     return hashlib.sha256(token.encode()).hexdigest()
 
 
+def ids_from(request_id: str, count: int) -> list[str]:
+    """The ids of those enrolled by one request: its own for the first, made from it for others."""
+    made_from = uuid.UUID(request_id)
+    return [
+        request_id if index == 0 else str(uuid.uuid5(made_from, str(index)))
+        for index in range(count)
+    ]
+
+
 def label_of(participant: ParticipantRow) -> str:
     """What experimenters call a participant."""
     return f"P-{participant.number}"

@@ -193,6 +193,27 @@ def retry(db: Session, participant: ParticipantRow, task: str) -> None:
         job.state, job.attempt, job.error, job.ended_at = "queued", 0, None, None
 
 
+def retrain(db: Session, participant: ParticipantRow, task: str) -> None:
+    """Train on the answers as they are: a training that failed or is of other answers.
+
+    Raises:
+        WrongStep: If there is nothing to learn from, or what there is was learned already.
+    """
+    protocol, _ = protocols.of_participant(db, participant)
+    asked = next((each for each in protocol.tasks if each.task == task), None)
+    job = jobs.of_task(db, participant.id, task)
+    if asked is None or job is None:
+        raise WrongStep("There is nothing to learn from yet at this task.")
+    if job.state == "failed":
+        retry(db, participant, task)
+        return
+    if job.state in ("queued", "running"):
+        raise WrongStep("A training for this task is going on already.")
+    if job.data_hash == data_hash(participant, queries.asked(db, participant, asked)):
+        raise WrongStep("These answers were learned already; a training would give the same.")
+    enqueue(db, participant, asked)
+
+
 def is_ready(db: Session, participant: ParticipantRow, task: str) -> bool:
     """Whether the participant's alignments for a task can drive."""
     job = jobs.of_task(db, participant.id, task)

@@ -95,6 +95,19 @@ class Database:
             is_busy = raw.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0]
         return not is_busy
 
+    @contextmanager
+    def counting(self, statements: list[str]) -> Generator[None]:
+        """Gather the statements that are run meanwhile: for whoever watches over their number."""
+
+        def note(_conn: Any, _cursor: Any, statement: str, *_more: Any) -> None:
+            statements.append(statement)
+
+        event.listen(self._engine, "before_cursor_execute", note)
+        try:
+            yield
+        finally:
+            event.remove(self._engine, "before_cursor_execute", note)
+
     def ping(self) -> None:
         """Read one thing; raises if the file cannot be read."""
         with self.read() as db:

@@ -66,8 +66,8 @@ def add_chunks(db: Session, rows: list[dict[str, Any]]) -> None:
         db.execute(insert(SampleChunkRow), rows)
 
 
-def counts(db: Session) -> dict[str, tuple[int, int]]:
-    """For each participant: how many drives, and how many ticks in them."""
+def counts(db: Session, participant_ids: list[str]) -> dict[str, tuple[int, int]]:
+    """For each of these participants: how many drives, and how many ticks in them."""
     rows = db.execute(
         select(
             DriveRow.participant_id,
@@ -75,6 +75,7 @@ def counts(db: Session) -> dict[str, tuple[int, int]]:
             func.coalesce(func.sum(SampleChunkRow.ticks), 0),
         )
         .outerjoin(SampleChunkRow, SampleChunkRow.drive_id == DriveRow.id)
+        .where(DriveRow.participant_id.in_(participant_ids))
         .group_by(DriveRow.participant_id)
     )
     return {participant_id: (drives, ticks) for participant_id, drives, ticks in rows}

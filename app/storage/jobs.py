@@ -1,7 +1,7 @@
 """Asking the database about trainings, and the two statements that must not race."""
 
 from sqlalchemy import select, update
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, undefer
 
 from .tables import AlignmentRow, JobRow
 
@@ -64,3 +64,25 @@ def alignment(db: Session, participant_id: str, task: str, strategy: str) -> Ali
 def alignment_files(db: Session) -> set[str]:
     """The names of all files that hold a registered alignment."""
     return set(db.scalars(select(AlignmentRow.file)))
+
+
+def all_of(db: Session, participant_id: str) -> list[JobRow]:
+    """All trainings of a participant, with what they reported, oldest first."""
+    return list(
+        db.scalars(
+            select(JobRow)
+            .where(JobRow.participant_id == participant_id)
+            .options(undefer(JobRow.report))
+            .order_by(JobRow.queued_at)
+        )
+    )
+
+
+def latest_states(db: Session, participant_ids: list[str]) -> dict[str, str]:
+    """The state of each one's newest training."""
+    rows = db.execute(
+        select(JobRow.participant_id, JobRow.state)
+        .where(JobRow.participant_id.in_(participant_ids))
+        .order_by(JobRow.queued_at)
+    )
+    return {participant_id: state for participant_id, state in rows}

@@ -1,9 +1,18 @@
 """Asking the database about participants, their steps and their questions."""
 
-from sqlalchemy import func, select
+from sqlalchemy import cast, func, or_, select
 from sqlalchemy.orm import Session
+from sqlalchemy.types import String
 
-from .tables import AnswerRow, EventRow, ParticipantRow, QueryRow
+from .tables import (
+    AnswerRow,
+    EventRow,
+    ExperimenterRow,
+    NoteRow,
+    ParticipantRow,
+    QueryRow,
+    ResponseRow,
+)
 
 
 def by_token_hash(db: Session, token_hash: str) -> ParticipantRow | None:
@@ -85,3 +94,77 @@ def latest_answers(db: Session, participant_id: str) -> dict[str, AnswerRow]:
         .order_by(AnswerRow.sequence)
     )
     return {row.query_id: row for row in rows}
+
+
+def page(
+    db: Session, study_id: str, state: str | None, search: str | None, after: int, limit: int
+) -> tuple[list[ParticipantRow], int]:
+    """Some of a study's participants after a number, and how many there are in all."""
+    chosen = [ParticipantRow.study_id == study_id]
+    if state is not None:
+        chosen.append(ParticipantRow.state == state)
+    if search:
+        number = cast(ParticipantRow.number, String)
+        holds = search.upper().removeprefix("P-")
+        chosen.append(
+            or_(number == holds, ParticipantRow.external_id.contains(search, autoescape=True))
+        )
+    total = db.scalar(select(func.count()).select_from(ParticipantRow).where(*chosen)) or 0
+    rows = db.scalars(
+        select(ParticipantRow)
+        .where(*chosen, ParticipantRow.number > after)
+        .order_by(ParticipantRow.number)
+        .limit(limit)
+    )
+    return list(rows), total
+
+
+def answer_counts(db: Session, participant_ids: list[str]) -> dict[str, int]:
+    """How many questions each of these has answered."""
+    rows = db.execute(
+        select(AnswerRow.participant_id, func.count(func.distinct(AnswerRow.query_id)))
+        .where(AnswerRow.participant_id.in_(participant_ids))
+        .group_by(AnswerRow.participant_id)
+    )
+    return {participant_id: count for participant_id, count in rows}
+
+
+def all_queries_of(db: Session, participant_id: str) -> dict[str, QueryRow]:
+    """All moves drawn for a participant, by their ids, in the order of asking."""
+    rows = db.scalars(
+        select(QueryRow)
+        .where(QueryRow.participant_id == participant_id)
+        .order_by(QueryRow.task, QueryRow.position)
+    )
+    return {row.id: row for row in rows}
+
+
+def responses_of(db: Session, participant_id: str) -> list[ResponseRow]:
+    """What somebody said in questionnaires, in order."""
+    return list(
+        db.scalars(
+            select(ResponseRow)
+            .where(ResponseRow.participant_id == participant_id)
+            .order_by(ResponseRow.id)
+        )
+    )
+
+
+def notes_of(db: Session, participant_id: str) -> list[tuple[NoteRow, str]]:
+    """What experimenters noted of somebody, with their names, oldest first."""
+    rows = db.execute(
+        select(NoteRow, ExperimenterRow.name)
+        .join(ExperimenterRow, ExperimenterRow.id == NoteRow.experimenter_id)
+        .where(NoteRow.participant_id == participant_id)
+        .order_by(NoteRow.written_at)
+    )
+    return [(note, name) for note, name in rows]
+
+
+def events_of(db: Session, participant_id: str) -> list[EventRow]:
+    """What somebody did, oldest first."""
+    return list(
+        db.scalars(
+            select(EventRow).where(EventRow.participant_id == participant_id).order_by(EventRow.at)
+        )
+    )

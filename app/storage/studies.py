@@ -65,3 +65,13 @@ def state_counts(db: Session, study_id: str) -> dict[str, int]:
         .group_by(ParticipantRow.state)
     )
     return {state: count for state, count in rows}
+
+
+def version_counts(db: Session, study_id: str) -> dict[str, int]:
+    """How many participants were enrolled under each version, by the protocol's id."""
+    rows = db.execute(
+        select(ParticipantRow.protocol_id, func.count())
+        .where(ParticipantRow.study_id == study_id)
+        .group_by(ParticipantRow.protocol_id)
+    )
+    return {protocol_id: count for protocol_id, count in rows}

@@ -96,6 +96,14 @@ class LiveSessions:
             return None
         return session
 
+    def all(self) -> list[LiveSession]:
+        """Every session there is."""
+        return list(self.loop.sessions.values())
+
+    def connected(self) -> set[str]:
+        """The ids of those who have a page open."""
+        return {session.participant_id for session in self.all() if session.pages}
+
     def existing(self, participant_id: str) -> LiveSession | None:
         """The participant's live session, if there is one."""
         return self.loop.sessions.get(participant_id)

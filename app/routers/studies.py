@@ -1,0 +1,149 @@
+"""Studies over the API: what the dashboard does, any program can do."""
+
+import hashlib
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, Header, Query, Request, Response
+
+from app.routers.dependencies import Assistant, Here, Viewer, same_origin
+from app.schemas.experimenter import (
+    CheckedOut,
+    LinkOut,
+    NewParticipantOut,
+    NewParticipantsIn,
+    NewParticipantsOut,
+    NewStudyIn,
+    ParticipantsOut,
+    ProtocolIn,
+    State,
+    StudiesOut,
+    StudyOut,
+    StudyStateIn,
+)
+from app.services import audit, enrolment, overview, studies
+from app.storage import studies as storage
+
+router = APIRouter(prefix="/api/v1", dependencies=[Depends(same_origin)], tags=["studies"])
+
+
+@router.get("/studies")
+def read_studies(me: Viewer, here: Here) -> StudiesOut:
+    """All studies; the first is the one for trying Joymap out."""
+    del me
+    with here.database.read() as db:
+        return StudiesOut(studies=[studies.line(db, study) for study in storage.everything(db)])
+
+
+@router.post("/protocols/check")
+def check_protocol(content: ProtocolIn, me: Viewer) -> CheckedOut:
+    """Whether a protocol can be run, how it reads as YAML, and its steps; nothing is kept."""
+    del me
+    return studies.check(content)
+
+
+@router.post("/studies", status_code=201)
+def make_study(new: NewStudyIn, me: Assistant, here: Here) -> StudyOut:
+    """Make a study from YAML or data; the same twice is one."""
+    protocol = studies.read(new)
+    with here.database.write() as db:
+        return studies.whole(db, studies.create(db, me, str(new.id), protocol))
+
+
+@router.get("/studies/{study_id}")
+def read_study(study_id: str, me: Viewer, here: Here, response: Response) -> StudyOut:
+    """A study; its ETag is for changing the protocol that was seen, and no other."""
+    del me
+    with here.database.read() as db:
+        study = studies.find(db, study_id)
+        response.headers["ETag"] = f'"{studies.tag_of(db, study)}"'
+        return studies.whole(db, study)
+
+
+@router.put("/studies/{study_id}/protocol")
+def change_protocol(
+    study_id: str,
+    content: ProtocolIn,
+    me: Assistant,
+    here: Here,
+    response: Response,
+    if_match: Annotated[str | None, Header(max_length=100)] = None,
+) -> StudyOut:
+    """Another protocol: a new version, if somebody has enrolled under this one."""
+    protocol = studies.read(content)
+    with here.database.write() as db:
+        study = studies.change(db, me, study_id, protocol, if_match)
+        response.headers["ETag"] = f'"{studies.tag_of(db, study)}"'
+        return studies.whole(db, study)
+
+
+@router.post("/studies/{study_id}/state")
+def change_state(study_id: str, wanted: StudyStateIn, me: Assistant, here: Here) -> StudyOut:
+    """Let people in, or nobody any more; who is in goes on."""
+    with here.database.write() as db:
+        return studies.whole(db, studies.set_state(db, me, study_id, wanted.state))
+
+
+@router.post("/studies/{study_id}/link", status_code=201)
+def make_link(study_id: str, me: Assistant, here: Here) -> LinkOut:
+    """A new shared link; the former ends."""
+    with here.database.write() as db:
+        token = studies.new_link(db, me, study_id)
+    return LinkOut(link=f"{here.settings.base_url}/join/{token}")
+
+
+@router.delete("/studies/{study_id}/link", status_code=204)
+def end_link(study_id: str, me: Assistant, here: Here) -> None:
+    """End the shared link."""
+    with here.database.write() as db:
+        studies.end_link(db, me, study_id)
+
+
+@router.get("/studies/{study_id}/participants", response_model=ParticipantsOut)
+def read_participants(
+    study_id: str,
+    me: Viewer,
+    here: Here,
+    request: Request,
+    state: State | None = None,
+    q: Annotated[str | None, Query(max_length=80)] = None,
+    after: Annotated[int, Query(ge=0)] = 0,
+    limit: Annotated[int, Query(ge=1, le=200)] = 50,
+) -> Response:
+    """A page of participants, in order of their numbers; unchanged, it is not sent again."""
+    del me
+    with here.database.read() as db:
+        studies.find(db, study_id)
+        found = overview.page(
+            db,
+            study_id,
+            state=state,
+            search=q,
+            after=after,
+            limit=limit,
+            connected=here.live.connected(),
+            ticks_per_s=here.settings.teleop_rate_hz,
+        )
+    content = found.model_dump_json()
+    headers = {"ETag": f'"{hashlib.sha256(content.encode()).hexdigest()[:32]}"'}
+    if request.headers.get("if-none-match") == headers["ETag"]:
+        return Response(status_code=304, headers=headers)
+    return Response(content, media_type="application/json", headers=headers)
+
+
+@router.post("/studies/{study_id}/participants", status_code=201)
+def add_participants(
+    study_id: str, new: NewParticipantsIn, me: Assistant, here: Here
+) -> NewParticipantsOut:
+    """Links for more participants, shown this once."""
+    made = []
+    with here.database.write() as db:
+        study = studies.find(db, study_id)
+        for participant_id in enrolment.ids_from(str(new.id), new.count):
+            token = enrolment.new_token()
+            row = enrolment.enrol(
+                db, study, token, participant_id=participant_id, origin=enrolment.EXPERIMENTER
+            )
+            link = f"{here.settings.base_url}/p/{token}"
+            made.append(NewParticipantOut(id=row.id, label=enrolment.label_of(row), link=link))
+        audit.note(db, me.id, "participants.add", study_id, count=new.count)
+    return NewParticipantsOut(participants=made)
