@@ -15,7 +15,7 @@ from app.routers.dependencies import (
     same_origin,
 )
 from app.schemas.accounts import CredentialsIn
-from app.services import accounts
+from app.services import accounts, studies
 from app.settings import STATIC_DIR
 
 router = APIRouter()
@@ -93,9 +93,25 @@ def read_login_page() -> HTMLResponse:
 
 @router.get("/dashboard")
 def read_dashboard(me: Viewer) -> HTMLResponse:
-    """The experimenter's page."""
+    """The page of all studies."""
     del me  # asking for it is the check
     return HTMLResponse(page("dashboard.html"))
+
+
+@router.get("/studies/{study_id}")
+def read_study_page(study_id: str, me: Viewer, here: Here) -> HTMLResponse:
+    """The page of a study."""
+    del me
+    with here.database.read() as db:
+        studies.find(db, study_id)
+    return HTMLResponse(page("study.html"))
+
+
+@router.get("/account")
+def read_account_page(me: Viewer) -> HTMLResponse:
+    """The page of one's account; owners see everyone's."""
+    del me
+    return HTMLResponse(page("account.html"))
 
 
 def refusal_page(request: Request, error: JoymapError) -> Response | None:

@@ -127,6 +127,7 @@ async def finish_block(done: StepKeyIn, participant: CurrentParticipant, here: H
     session = await run_in_threadpool(
         _advance, here, participant.id, str(done.id), "block", done.key
     )
+    here.live.stop_drive(participant.id)
     await here.live.follow_step(participant.id)
     return session
 

@@ -31,6 +31,7 @@ from app.services import enrolment, records
 from app.services.records import NothingRecorded, Record
 from app.storage.tables import DriveRow, ParticipantRow
 from app.teleop.replay import Replay
+from models.tasks import get_task
 
 router = APIRouter(dependencies=[ViewerOnly, Depends(same_origin)])
 
@@ -63,7 +64,6 @@ def read_drive(drive_id: str, here: Here) -> DriveDetailOut:
             **_facts(record.drive, record),
             participant_id=participant.id,
             label=enrolment.label_of(participant),
-            task=record.task.title,
             path=record.path(),
             stick_map=record.stick_map(),
         )
@@ -71,10 +71,10 @@ def read_drive(drive_id: str, here: Here) -> DriveDetailOut:
 
 @router.get("/participants/{participant_id}")
 def read_drives_page(participant_id: str, here: Here) -> HTMLResponse:
-    """The page of a participant's drives."""
+    """The page of a participant."""
     with here.database.read() as db:
         enrolment.by_id(db, participant_id)
-    return HTMLResponse(page("drives.html"))
+    return HTMLResponse(page("person.html"))
 
 
 @router.get("/drives/{drive_id}")
@@ -164,6 +164,7 @@ async def _play(socket: WebSocket, replay: Replay) -> None:
 def _facts(drive: DriveRow, record: Record | None) -> dict[str, Any]:
     return {
         "id": drive.id,
+        "task": get_task(drive.task).title,
         "strategy": drive.strategy,
         "started_at": drive.started_at.isoformat(timespec="seconds"),
         "end": drive.end,

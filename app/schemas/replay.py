@@ -73,6 +73,7 @@ class DriveOut(BaseModel):
     """A drive in a list; without ticks there are no measures."""
 
     id: str
+    task: str
     strategy: str
     started_at: str
     end: str | None
@@ -92,6 +93,5 @@ class DriveDetailOut(DriveOut):
 
     participant_id: str
     label: str
-    task: str
     path: list[list[float]]
     stick_map: list[list[float]]

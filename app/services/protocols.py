@@ -158,7 +158,7 @@ def demo_protocol(settings: Settings) -> Protocol:
     """What is tried out: one task, driven freely under whatever strategy."""
     return parse(
         {
-            "title": "Try it out",
+            "title": "Teach a robot arm how you steer",
             "tasks": [
                 {
                     "task": settings.task,

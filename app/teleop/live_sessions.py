@@ -79,6 +79,12 @@ class LiveSessions:
                 await self.follow_settings(participant.id)
             return session
 
+    def stop_drive(self, participant_id: str) -> None:
+        """End what the participant drives: they go on to something else."""
+        session = self.existing(participant_id)
+        if session is not None:
+            session.stop_drive("switched")
+
     async def follow_step(self, participant_id: str) -> None:
         """Close the participant's session if they are at another task now; pages reconnect."""
         async with self._opening:

@@ -7,8 +7,17 @@ import { Backoff, pause } from './backoff.js'
 /** @typedef {{name: string, title: string, note: string}} Strategy */
 /**
  * @typedef {object} Session
- * @property {'consent' | 'practice' | 'queries' | 'training' | 'driving'} step
- * @property {{version: string, title: string, paragraphs: string[]}} consent
+ * @property {string} study
+ * @property {'active' | 'completed' | 'withdrawn'} state
+ * @property {'consent' | 'practice' | 'queries' | 'training' | 'driving' | 'block' | 'questions' | 'end'} step
+ * @property {string} key names this step among those of its kind
+ * @property {string | null} task its title
+ * @property {{title: string, is_here: boolean, is_done: boolean}[]} way
+ * @property {boolean} may_withdraw
+ * @property {{position: number, of: number, drives_wanted: number, drives_made: number, may_continue: boolean, open_drive: string | null} | null} block
+ * @property {any} questions
+ * @property {{message: string, code: string | null, url: string | null} | null} end
+ * @property {{version: string, title: string, html: string}} consent
  * @property {number} practice_s
  * @property {Query[]} queries
  * @property {number} labels_wanted
@@ -57,6 +66,11 @@ export class Api {
   /** @param {string} path @param {object} body @param {AbortSignal} [signal] */
   post(path, body, signal) {
     return this.#ask('POST', path, body, signal)
+  }
+
+  /** @param {string} path @param {AbortSignal} [signal] */
+  delete(path, signal) {
+    return this.#ask('DELETE', path, undefined, signal)
   }
 
   /** @param {string} path @param {object} body @param {AbortSignal} [signal] */
@@ -117,6 +131,7 @@ export class Api {
     } finally {
       signal?.removeEventListener('abort', end)
     }
+    if (response.status === 204) return null
     const answer = parsed(content)
     if (response.ok && answer !== null) return answer
     const unknown = response.status >= 500 ? 'The server has trouble just now.' : 'The server answered in a way this page does not know.'

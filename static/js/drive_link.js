@@ -21,7 +21,10 @@ export class DriveLink {
     this.stop = new AbortController()
     /** @type {AbortController | null} */
     this.opening = null
+    /** @type {string | null} null: the server knows which */
     this.strategy = ''
+    /** @type {string | null} a drive that goes on, to be taken up again after a reload */
+    this.wanted = null
     this.isRefused = false
     const { signal } = this.stop
     this.timer = setInterval(() => this.#say(), SAY_MS)
@@ -34,15 +37,17 @@ export class DriveLink {
     return this.opening !== null
   }
 
-  /** Open a drive; the one before ends. @param {string} strategy */
+  /** Open a drive; the one before ends. @param {string | null} strategy */
   async open(strategy) {
     this.strategy = strategy
+    const id = this.wanted ?? newId()
+    this.wanted = null
     this.isRefused = false
     this.opening?.abort()
     const opening = new AbortController()
     this.opening = opening
     try {
-      await this.visit.api.postSurely('drives', { id: newId(), strategy }, { signal: opening.signal })
+      await this.visit.api.postSurely('drives', strategy === null ? { id } : { id, strategy }, { signal: opening.signal })
       this.openedAt_ms = performance.now()
     } catch (error) {
       if (opening.signal.aborted) return

@@ -3,19 +3,34 @@ import { Api } from './api.js'
 import { Banners } from './banners.js'
 import { Live } from './live.js'
 import { Scene } from './scene.js'
+import { mountBlock } from './steps/block.js'
 import { mountConsent } from './steps/consent.js'
-import { mountDriving } from './steps/driving.js'
+import { mountEnd } from './steps/end.js'
 import { mountPractice } from './steps/practice.js'
 import { mountQueries } from './steps/queries.js'
-import { mountTraining } from './steps/training.js'
+import { mountQuestions } from './steps/questions.js'
+import { mountWaiting } from './steps/waiting.js'
 import { Visit } from './visit.js'
 import { Way } from './way.js'
+import { WithdrawDialog } from './withdraw_dialog.js'
 
 /** @typedef {{visit: Visit, live: Live, scene: Scene, banners: Banners, announce: (sentence: string) => void}} Context */
 
-const MOUNTS = { consent: mountConsent, practice: mountPractice, queries: mountQueries, training: mountTraining, driving: mountDriving }
-const WITH_ARM = new Set(['queries', 'driving'])
-const LIVE = new Set(['queries', 'training', 'driving'])
+// What names ways of steering is fetched only by those who may hear of them.
+const MOUNTS = {
+  consent: async () => mountConsent,
+  practice: async () => mountPractice,
+  queries: async () => mountQueries,
+  training: async () => (visit.session.strategies.length > 0 ? (await import('./steps/training.js')).mountTraining : mountWaiting),
+  driving: async () => (await import('./steps/driving.js')).mountDriving,
+  block: async () => mountBlock,
+  questions: async () => mountQuestions,
+  end: async () => mountEnd,
+}
+// Every task and every block is a new page; of questionnaires one goes over into the next.
+const ANEW = new Set(['queries', 'block'])
+const WITH_ARM = new Set(['queries', 'driving', 'block'])
+const LIVE = new Set(['queries', 'training', 'driving', 'block'])
 
 const base = location.pathname.replace(/\/+$/, '')
 const root = document.getElementById('step')
@@ -31,27 +46,32 @@ const context = { visit, live, scene, banners, announce: (sentence) => (announce
 let mounted = null
 let unmount = () => {}
 
-function follow({ step }) {
-  if (step === mounted) return
+async function follow({ step, key, way: stages, study }) {
+  way.show(stages, study)
+  const name = ANEW.has(step) ? key : step
+  if (name === mounted) return
   const isFirst = mounted === null
   unmount()
-  mounted = step
+  unmount = () => {}
+  mounted = name
   document.body.dataset.ready = 'false'
   document.body.dataset.step = step
   document.body.dataset.layout = WITH_ARM.has(step) ? 'stage' : 'page'
-  way.show(step)
   root.replaceChildren()
   scene.tools.replaceChildren()
   if (WITH_ARM.has(step)) scene.show()
   else scene.hide()
   if (LIVE.has(step)) live.open()
-  unmount = MOUNTS[step](root, context)
+  const mount = await MOUNTS[step]()
+  if (mounted !== name) return // meanwhile the person is somewhere else
+  unmount = mount(root, context)
   scrollTo(0, 0)
   // Who reads with a screen reader hears the new step's heading.
   if (!isFirst) root.querySelector('h1')?.focus({ preventScroll: true })
   document.body.dataset.ready = 'true'
 }
 
+new WithdrawDialog(visit, document.getElementById('foot'))
 visit.watch(follow)
 live.addEventListener('open', () => {
   scene.revive()
@@ -59,7 +79,7 @@ live.addEventListener('open', () => {
 })
 addEventListener('pageshow', (event) => {
   if (!event.persisted) return
-  if (LIVE.has(mounted)) live.open()
+  if (LIVE.has(document.body.dataset.step)) live.open()
   void visit.refresh()
 })
 addEventListener('pagehide', () => live.close())

@@ -14,7 +14,7 @@ const SPEEDS = [0.25, 0.5, 1, 2, 4]
 const here = location.pathname
 const drive = here.split('/').pop()
 const view = newId()
-const api = new Api(here.replace(/\/drives\/[^/]*$/, '/api'))
+const api = new Api(here.replace(/\/drives\/[^/]*$/, '/api/v1'))
 const banners = new Banners(document.getElementById('banners'))
 const scene = new Scene(document.getElementById('stage'), `${here}/${view}/scene/`)
 

@@ -1,20 +1,20 @@
-// way.js — the five steps at the top of the page.
+// way.js — the stages at the top of the page, as the server counts them.
 import { html } from './element.js'
-
-const STEPS = { consent: 'Welcome', practice: 'Practise', queries: 'Show', training: 'Learn', driving: 'Drive' }
 
 export class Way {
   /** @param {HTMLElement} host */
   constructor(host) {
     this.host = host
+    this.shown = ''
   }
 
-  /** @param {keyof typeof STEPS} step */
-  show(step) {
-    const names = Object.keys(STEPS)
-    const here = names.indexOf(step)
-    this.host.replaceChildren(html('ol', {}, names.map((name, index) =>
-      html('li', { class: index < here ? 'done' : null, 'aria-current': index === here ? 'step' : null }, html('span', {}, STEPS[name])))))
-    document.title = `${STEPS[step]} – Joymap`
+  /** @param {{title: string, is_here: boolean, is_done: boolean}[]} stages @param {string} study */
+  show(stages, study) {
+    const key = JSON.stringify(stages)
+    if (key === this.shown) return
+    this.shown = key
+    this.host.replaceChildren(html('ol', { 'data-many': stages.length > 5 }, stages.map(({ title, is_here, is_done }) =>
+      html('li', { class: is_done ? 'done' : null, 'aria-current': is_here ? 'step' : null }, html('span', {}, title)))))
+    document.title = `${stages.find(({ is_here }) => is_here)?.title ?? study} – Joymap`
   }
 }

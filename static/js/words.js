@@ -45,6 +45,6 @@ export function clockTime(seconds) {
 }
 
 /** @param {number} count @param {string} noun */
-export function counted(count, noun) {
-  return `${count} ${noun}${count === 1 ? '' : 's'}`
+export function counted(count, noun, nouns = `${noun}s`) {
+  return `${count} ${count === 1 ? noun : nouns}`
 }

@@ -7,6 +7,8 @@ export function mountConsent(root, { visit }) {
   const { consent } = visit.session
   const body = { id: newId(), version: consent.version }
   const stop = new AbortController()
+  const text = html('div', { class: 'consent-text' })
+  text.innerHTML = consent.html // the server lets none of the text's own HTML through
   const state = html('p', { class: 'quiet', role: 'status' })
   const button = html('button', { class: 'button primary large', type: 'button', 'data-testid': 'begin', onclick: agree }, 'I agree — begin')
 
@@ -25,7 +27,7 @@ export function mountConsent(root, { visit }) {
 
   root.append(html('article', { class: 'consent' },
     html('h1', { tabindex: -1 }, consent.title),
-    html('div', { class: 'consent-text' }, consent.paragraphs.map((paragraph) => html('p', {}, paragraph))),
+    text,
     html('div', { class: 'consent-end' }, button, state)))
   return () => stop.abort()
 }

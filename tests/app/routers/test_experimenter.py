@@ -437,7 +437,6 @@ _NEEDS = {
     "GET /dashboard": "viewer",
     "GET /studies/{study_id}": "viewer",
     "GET /participants/{participant_id}": "viewer",
-    "GET /participants/{participant_id}/drives": "viewer",
     "GET /drives/{drive_id}": "viewer",
     "GET /drives/{drive_id}/{view}/scene/": "viewer",
     "GET /account": "viewer",

@@ -1,7 +1,7 @@
 // link_card.js — a fresh participant link, shown once, with a button to copy it.
-import { ICONS, html, icon } from './element.js'
+import { ICONS, html, icon } from '../element.js'
 
-/** @param {{label: string, link: string}} made @param {() => void} onClose @returns {HTMLElement} */
+/** @param {{label: string, link: string}} made @param {(card: HTMLElement) => void} onClose @returns {HTMLElement} */
 export function linkCard({ label, link }, onClose) {
   const field = /** @type {HTMLInputElement} */ (html('input', {
     class: 'link-field', readonly: true, value: link, 'aria-label': `Link of ${label}`, 'data-testid': 'link', onfocus: () => field.select(),
@@ -11,10 +11,11 @@ export function linkCard({ label, link }, onClose) {
     words.textContent = (await copied(link, field)) ? 'Copied' : 'Press Ctrl+C'
     setTimeout(() => (words.textContent = 'Copy'), 2500)
   } }, icon(ICONS.copy), words)
-  return html('section', { class: 'link-card', 'aria-label': `New link for ${label}` },
+  const card = html('section', { class: 'link-card', 'aria-label': `New link for ${label}` },
     html('h2', {}, `Link for ${label}`),
-    html('p', { class: 'quiet small' }, 'It is shown only now; who has it takes part as this person.'),
-    html('div', { class: 'link-line' }, field, copy, html('button', { class: 'button plain-text', type: 'button', onclick: onClose }, 'Done')))
+    html('p', { class: 'quiet small' }, 'It is shown only now. Who has it can use it, so keep it safe.'),
+    html('div', { class: 'link-line' }, field, copy, html('button', { class: 'button plain-text', type: 'button', onclick: () => onClose(card) }, 'Done')))
+  return card
 }
 
 /** The clipboard needs a secure context; the selected field serves elsewhere. */

@@ -1,0 +1,36 @@
+// withdraw_dialog.js — one button to stop taking part, and the choice of what becomes of what was given.
+import { html } from './element.js'
+import { newId } from './ids.js'
+
+export class WithdrawDialog {
+  /** @param {import('./visit.js').Visit} visit @param {HTMLElement} host */
+  constructor(visit, host) {
+    this.visit = visit
+    this.button = html('button', { class: 'button plain-text', type: 'button', 'aria-haspopup': 'dialog', 'data-testid': 'withdraw', hidden: true, onclick: () => this.element.showModal() }, 'Stop taking part')
+    this.state = html('p', { class: 'quiet', role: 'status' })
+    this.element = /** @type {HTMLDialogElement} */ (html('dialog', { class: 'dialog', 'aria-labelledby': 'withdraw-title' },
+      html('h2', { id: 'withdraw-title' }, 'Stop taking part?'),
+      html('p', {}, 'You can stop at any time, for any reason. What you gave so far can be left with the study, marked as withdrawn and not analysed, or be erased for good.'),
+      html('div', { class: 'dialog-choices' },
+        html('button', { class: 'button primary', type: 'button', 'data-testid': 'stay', onclick: () => this.element.close() }, 'Go on'),
+        html('button', { class: 'button', type: 'button', 'data-testid': 'withdraw-keep', onclick: () => this.#leave(false) }, 'Stop, and leave what I gave'),
+        html('button', { class: 'button', type: 'button', 'data-testid': 'withdraw-erase', onclick: () => this.#leave(true) }, 'Stop, and erase everything')),
+      this.state))
+    host.append(this.button, this.element)
+    visit.watch(({ may_withdraw }) => (this.button.hidden = !may_withdraw))
+  }
+
+  async #leave(erase) {
+    this.state.textContent = 'One moment…'
+    try {
+      const session = await this.visit.api.postSurely('withdraw', { id: newId(), erase }, { onTrouble: (error) => (this.state.textContent = `${error.sentence} Trying again…`) })
+      this.element.close()
+      this.state.textContent = ''
+      this.visit.adopt(session)
+    } catch (error) {
+      this.state.textContent = ''
+      this.element.close()
+      this.visit.explain(error)
+    }
+  }
+}
