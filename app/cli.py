@@ -9,6 +9,8 @@ from typing import NoReturn
 
 from pydantic import ValidationError
 
+from app.bots_command import add_bots, run_bots
+from app.export_command import add_export, run_export
 from app.settings import Settings
 from app.simulate_command import THREAD_COUNTS, add_simulate, run_page, run_simulate
 from models.errors import ModelsError
@@ -32,6 +34,8 @@ def main(arguments: list[str] | None = None) -> int:
     serve.add_argument("--port", type=int, help="port to listen on (JOYMAP_PORT)")
     commands.add_parser("migrate", help="bring the database to the newest schema")
     add_simulate(commands)
+    add_export(commands)
+    add_bots(commands)
     chosen = parser.parse_args(arguments)
     options = {
         name: value
@@ -52,6 +56,10 @@ def main(arguments: list[str] | None = None) -> int:
         return run_simulate(chosen, settings)
     if chosen.command == "simulate-page":
         return run_page(chosen, settings)
+    if chosen.command == "export":
+        return run_export(chosen, settings)
+    if chosen.command == "bots":
+        return run_bots(chosen, settings)
     return {"serve": _serve, "migrate": _migrate}[chosen.command](settings)
 
 

@@ -20,6 +20,18 @@ _HEADERS = {
 }
 
 
+class TooOften(JoymapError):
+    """Somebody who asks too often."""
+
+    status_code = 429
+    kind = "too-often"
+
+    def __init__(self, wait_s: int) -> None:
+        """Say when to come back, in whole seconds."""
+        super().__init__("That was too often; please wait a minute and try again.")
+        self.wait_s = wait_s
+
+
 class SecurityHeaders:
     """Puts the headers on every answer that has not chosen its own."""
 
@@ -80,5 +92,12 @@ class BodyLimit:
 def refusal(error: JoymapError) -> JSONResponse:
     """What programs get for a refusal."""
     return JSONResponse(
-        {"error": {"kind": error.kind, "sentence": error.sentence}}, error.status_code
+        {"error": {"kind": error.kind, "sentence": error.sentence}},
+        error.status_code,
+        refusal_headers(error),
     )
+
+
+def refusal_headers(error: JoymapError) -> dict[str, str]:
+    """What a refusal says besides: how long to wait, in seconds."""
+    return {"Retry-After": str(error.wait_s)} if isinstance(error, TooOften) else {}

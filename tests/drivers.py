@@ -1,114 +1,13 @@
-"""A driver who sees the hand, knows the task, and pushes the stick by their own idea of it."""
-
-from collections.abc import Callable
-from dataclasses import dataclass, field
+"""A driver who pushes the stick by their own idea of it, without delay or noise."""
 
 import numpy as np
 
+from app.bots import eyes
 from models.demonstrations import DT_S
-from models.kinematics import HandPose
 from models.simulated_human import SimulatedHuman
-from models.simulation import HandState
-from models.tasks import FETCH_AND_POUR
-from models.tasks.attempt import Attempt, hand_pose
-from models.tasks.pour_cup import POUR_CUP
-
-_SPEED_M_S = 0.15
-_NEAR_M = 0.012
-_AT_M = 0.03  # once they tip, they do not mind to be so far off
-_GAIN_PER_S = 3.0
-_POST = np.array([0.5, 0.0])
-_ROUND_M = 0.115  # how far from the post they go round it
-_TIPPED_M = 2.1 * 0.25  # the tilt that empties the cup, in metres of the task
-_REACH_M = {"far": 0.60, "near": 0.42, "start": 0.51, "bowl": 0.58}
 
 
-@dataclass(frozen=True)
-class Sight:
-    """What somebody in front of the page sees: the hand, the words, and the numbers."""
-
-    hand: HandPose
-    says: str
-    counts: dict[str, int] = field(default_factory=dict)
-    can_grasp: bool = False
-
-    @classmethod
-    def of(cls, attempt: Attempt) -> "Sight":
-        """Without a page."""
-        progress = attempt.progress
-        pose = hand_pose(attempt.simulation.hand)
-        return cls(pose, progress.says, progress.counts, attempt.can_grasp)
-
-    @classmethod
-    def of_status(cls, status: dict) -> "Sight":
-        """On a page, which is told so."""
-        hand = HandState(np.array(status["hand"]), np.array(status["hand_wxyz"]))
-        progress = status["progress"]
-        return cls(hand_pose(hand), progress["says"], progress["counts"], progress["can_grasp"])
-
-
-def stick(person: SimulatedHuman, sight: Sight) -> np.ndarray:
+def stick(person: SimulatedHuman, sight: eyes.Sight) -> np.ndarray:
     """The stick ``(2,)`` they give now."""
-    wish = _WISHES[person.task.name](sight)
-    h = person.answer(wish * DT_S, sight.hand)
+    h = person.answer(eyes.wish(person.task.name, sight) * DT_S, sight.hand)
     return np.asarray(h / max(1.0, float(np.linalg.norm(h))))
-
-
-def presses(sight: Sight) -> bool:
-    """Whether they press the button now: over the cup, not at its edge."""
-    return sight.can_grasp and bool(np.linalg.norm(_to_cup(sight)) < 2 * _NEAR_M)
-
-
-def _go_round(sight: Sight) -> np.ndarray:
-    way = sight.hand.position[:2] - _POST
-    apart = np.linalg.norm(way)
-    sign = -1.0 if sight.counts["degrees"] < 360 else 1.0
-    along = sign * np.array([-way[1], way[0]]) / apart
-    wish: np.ndarray = 0.12 * along + 2.0 * (_ROUND_M - apart) * way / apart
-    return wish
-
-
-def _pour_twice(sight: Sight) -> np.ndarray:
-    if "far bowl" in sight.says:
-        return _pour(sight, _REACH_M["far"])
-    if "near bowl" in sight.says:
-        return _pour(sight, _REACH_M["near"])
-    return _carry(sight, _REACH_M["start"], 0.0)
-
-
-def _fetch(sight: Sight) -> np.ndarray:
-    if "Bring the hand" not in sight.says:
-        return _pour(sight, _REACH_M["bowl"])
-    return _limited(_to_cup(sight))
-
-
-def _to_cup(sight: Sight) -> np.ndarray:
-    cup = FETCH_AND_POUR.props.cup
-    assert cup is not None
-    way: np.ndarray = np.subtract(cup.place, cup.in_hand[:2]) - sight.hand.position[:2]
-    return way
-
-
-def _pour(sight: Sight, reach_m: float) -> np.ndarray:
-    """First over the bowl, upright, then tip."""
-    return _carry(sight, reach_m, _TIPPED_M)
-
-
-def _carry(sight: Sight, reach_m: float, tilt_m: float) -> np.ndarray:
-    """To a reach, and there to a tilt; from far away, upright before anything else."""
-    reach, tilt = POUR_CUP.dof(sight.hand)
-    is_tilted = tilt > 0.05
-    if abs(reach - reach_m) < (_AT_M if is_tilted else _NEAR_M):
-        return _limited(np.array([reach_m - reach, tilt_m - tilt]))
-    return _limited(np.array([0.0 if is_tilted else reach_m - reach, -tilt]))
-
-
-def _limited(way: np.ndarray) -> np.ndarray:
-    return np.clip(_GAIN_PER_S * way, -_SPEED_M_S, _SPEED_M_S)
-
-
-_WISHES: dict[str, Callable[[Sight], np.ndarray]] = {
-    "avoid": _go_round,
-    "pour-cup": _pour_twice,
-    "fetch-and-pour": _fetch,
-}

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from websockets.asyncio.client import ClientConnection, connect
 
+from app.bots.eyes import Sight, presses
 from app.storage.tables import AlignmentRow, QueryRow
 from models.alignment import Alignment, get_strategy
 from models.checkpoints import load_controller, save_alignment
@@ -27,7 +28,7 @@ from models.queries import QueryPool, sample_pool
 from models.simulated_human import SimulatedHuman, sensitivity
 from models.tasks import Task, get_task
 from models.training import Labels, fit_alignment, settings_for
-from tests.drivers import Sight, presses, stick
+from tests.drivers import stick
 from tests.running_server import Participant, RunningServer
 
 STICK_HZ = 30.0

@@ -1,6 +1,16 @@
 """The doors, in reading order."""
 
-from app.routers import accounts, experimenter, join, live, pages, participants, replays, studies
+from app.routers import (
+    accounts,
+    experimenter,
+    exports,
+    join,
+    live,
+    pages,
+    participants,
+    replays,
+    studies,
+)
 
 ROUTERS = (
     pages.router,
@@ -10,5 +20,6 @@ ROUTERS = (
     accounts.router,
     studies.router,
     experimenter.router,
+    exports.router,
     replays.router,
 )

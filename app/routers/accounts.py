@@ -1,7 +1,7 @@
 """Experimenters' accounts: in and out, others' roles, programs' keys, and the audit trail."""
 
 from datetime import datetime
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Query, Request, Response
 
@@ -9,8 +9,10 @@ from app.routers.dependencies import (
     LOGIN_COOKIE,
     Assistant,
     Here,
+    InPerson,
     Owner,
     Viewer,
+    address_of,
     login_cookie,
     same_origin,
 )
@@ -23,6 +25,8 @@ from app.schemas.accounts import (
     CredentialsIn,
     InvitationIn,
     InvitationOut,
+    LoginOut,
+    LoginsOut,
     NewTokenOut,
     PasswordIn,
     TokenIn,
@@ -41,13 +45,15 @@ router = APIRouter(prefix="/api/v1", dependencies=[Depends(same_origin)], tags=[
 def log_in(who: CredentialsIn, here: Here, request: Request, response: Response) -> AccountOut:
     """Log this browser in."""
     name = accounts.clean_name(who.name)
+    here.doorkeeper.admit(f"enters {address_of(request)}")
     here.doorkeeper.admit(f"login {name}")
     with here.database.read() as db:
         kept = accounts.password_hash_of(db, name)
     if not accounts.fits(kept, who.password):
         raise WrongPassword
+    rehashed = accounts.rehashed(kept, who.password)
     with here.database.write() as db:
-        token = accounts.log_in(db, name, kept)
+        token = accounts.log_in(db, name, kept, rehashed)
         account = access.by_name(db, name)
         assert account is not None
         found = _account_out(account)
@@ -73,9 +79,9 @@ def read_me(me: Viewer, here: Here) -> AccountOut:
     return found.model_copy(update={"role": me.role})
 
 
-@router.post("/password", status_code=204)
+@router.post("/password", status_code=204, dependencies=[InPerson])
 def change_password(wanted: PasswordIn, me: Viewer, here: Here) -> None:
-    """A new password for myself; ends all my logins."""
+    """A new password for myself; ends all my logins and keys."""
     here.doorkeeper.admit(f"login {me.name}")
     with here.database.read() as db:
         kept = accounts.password_hash_of(db, me.name)
@@ -84,6 +90,31 @@ def change_password(wanted: PasswordIn, me: Viewer, here: Here) -> None:
     hashed = accounts.hashed(wanted.new)
     with here.database.write() as db:
         accounts.change_password(db, me, hashed)
+
+
+@router.get("/logins", dependencies=[InPerson])
+def read_logins(me: Viewer, here: Here) -> LoginsOut:
+    """The browsers in which I am logged in."""
+    with here.database.read() as db:
+        rows = access.logins(db, me.id)
+        return LoginsOut(
+            logins=[
+                LoginOut(
+                    id=accounts.login_id(row.token_hash),
+                    created_at=_iso(row.created_at) or "",
+                    expires_at=_iso(row.expires_at) or "",
+                    is_this=row.token_hash == me.asked_by,
+                )
+                for row in rows
+            ]
+        )
+
+
+@router.delete("/logins/{login_id}", status_code=204, dependencies=[InPerson])
+def end_login(login_id: str, me: Viewer, here: Here) -> None:
+    """Log one of my browsers out."""
+    with here.database.write() as db:
+        accounts.end_login(db, me, login_id)
 
 
 @router.get("/accounts")
@@ -120,7 +151,7 @@ def read_tokens(me: Viewer, here: Here) -> TokensOut:
         return TokensOut(tokens=[_token_out(row) for row in rows])
 
 
-@router.post("/tokens", status_code=201)
+@router.post("/tokens", status_code=201, dependencies=[InPerson])
 def make_token(wanted: TokenIn, me: Assistant, here: Here) -> NewTokenOut:
     """A key for a program, shown this once."""
     with here.database.write() as db:
@@ -163,6 +194,14 @@ def read_audit(
     return AuditOut(entries=entries, next=entries[-1].id if len(entries) == limit else None)
 
 
+@router.get("/openapi.json", include_in_schema=False)
+def read_description(me: Viewer, request: Request) -> dict[str, Any]:
+    """What this API is, for programs that read that."""
+    del me
+    description: dict[str, Any] = request.app.openapi()
+    return description
+
+
 def _account_out(row: ExperimenterRow) -> AccountOut:
     return AccountOut(
         id=row.id,
@@ -180,6 +219,7 @@ def _token_out(row: ApiTokenRow) -> TokenOut:
         scope=row.scope,  # type: ignore[arg-type]
         created_at=_iso(row.created_at) or "",
         expires_at=_iso(row.expires_at),
+        used_at=_iso(row.used_at),
         is_revoked=row.revoked_at is not None,
     )
 

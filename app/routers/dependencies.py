@@ -7,11 +7,11 @@ from typing import Annotated
 from fastapi import Depends, Request, Response
 from fastapi.requests import HTTPConnection
 
-from app.errors import ForeignOrigin
+from app.errors import ForeignOrigin, UnknownLink
 from app.jobs.supervisor import Supervisor
 from app.services import accounts, enrolment
-from app.services.accounts import Experimenter, NotYours
-from app.services.doorkeeping import Doorkeeper
+from app.services.accounts import Experimenter, NotByKey, NotYours
+from app.services.doorkeeping import REQUESTS, WRONG_LINKS, Doorkeeper
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.tables import ParticipantRow
@@ -22,6 +22,8 @@ from models.kinematics import Kinematics
 from models.task_space import Survey
 
 LOGIN_COOKIE = "joymap_login"
+_SAFE = ("GET", "HEAD", "OPTIONS")
+_OWN_SITE = ("same-origin", "none")
 
 
 @dataclass(frozen=True)
@@ -48,9 +50,18 @@ def _service(connection: HTTPConnection) -> Service:
 Here = Annotated[Service, Depends(_service)]
 
 
-def _participant(token: str, here: Here) -> ParticipantRow:
+def address_of(connection: HTTPConnection) -> str:
+    """Where a request comes from."""
+    return connection.client.host if connection.client is not None else "unknown"
+
+
+def _participant(token: str, connection: HTTPConnection, here: Here) -> ParticipantRow:
     with here.database.read() as db:
-        participant = enrolment.participant_of(db, token)
+        try:
+            participant = enrolment.participant_of(db, token)
+        except UnknownLink:  # a good link is never counted
+            here.doorkeeper.admit(f"link {address_of(connection)}", WRONG_LINKS)
+            raise
         db.expunge(participant)
         return participant
 
@@ -62,7 +73,12 @@ def _experimenter(connection: HTTPConnection, here: Here) -> Experimenter:
     kind, _, key = connection.headers.get("authorization", "").partition(" ")
     bearer = key.strip() if kind.lower() == "bearer" else None
     with here.database.read() as db:
-        return accounts.experimenter_of(db, connection.cookies.get(LOGIN_COOKIE), bearer)
+        me = accounts.experimenter_of(db, connection.cookies.get(LOGIN_COOKIE), bearer)
+    here.doorkeeper.admit(f"asks {me.asked_by}", REQUESTS)
+    if me.key_id is not None:
+        with here.database.write() as db:
+            accounts.note_use(db, me.key_id)
+    return me
 
 
 def _at_least(role: accounts.Role) -> Callable[[Experimenter], Experimenter]:
@@ -78,6 +94,19 @@ ViewerOnly = Depends(_at_least("viewer"))
 Viewer = Annotated[Experimenter, Depends(_at_least("viewer"))]
 Assistant = Annotated[Experimenter, Depends(_at_least("assistant"))]
 Owner = Annotated[Experimenter, Depends(_at_least("owner"))]
+
+
+def in_person(me: Viewer) -> None:
+    """Refuse programs' keys: what makes or ends access is done by whoever knows the password.
+
+    Raises:
+        NotByKey: If a program asks.
+    """
+    if me.by_key:
+        raise NotByKey
+
+
+InPerson = Depends(in_person)
 
 
 def login_cookie(request: Request, response: Response, token: str) -> None:
@@ -100,7 +129,10 @@ def same_origin(connection: HTTPConnection) -> None:
     """
     origin = connection.headers.get("origin")
     if origin is None:
-        return
+        is_safe = connection.scope.get("method", "GET") in _SAFE
+        if is_safe or connection.headers.get("sec-fetch-site", "none") in _OWN_SITE:
+            return
+        raise ForeignOrigin
     settings: Settings = connection.app.state.service.settings
     allowed = {connection.headers.get("host", "")}
     if settings.public_url is not None:

@@ -6,11 +6,13 @@ from functools import cache
 from fastapi import APIRouter, Depends, Request, Response
 from fastapi.responses import HTMLResponse, RedirectResponse
 
+from app.doors import refusal_headers
 from app.errors import JoymapError, NotAllowed
 from app.routers.dependencies import (
     CurrentParticipant,
     Here,
     Viewer,
+    address_of,
     login_cookie,
     same_origin,
 )
@@ -73,7 +75,7 @@ def read_setup_page(token: str, here: Here) -> HTMLResponse:
 @router.post("/setup/{token}", dependencies=[Depends(same_origin)], status_code=204)
 def use_setup_link(token: str, who: CredentialsIn, here: Here, request: Request) -> Response:
     """The form on it makes the account and logs this browser in, once."""
-    here.doorkeeper.admit("setup")
+    here.doorkeeper.admit(f"enters {address_of(request)}")
     name = accounts.clean_name(who.name)
     with here.database.read() as db:
         accounts.check_setup_link(db, token)
@@ -120,4 +122,6 @@ def refusal_page(request: Request, error: JoymapError) -> Response | None:
         return None
     if isinstance(error, NotAllowed) and request.method == "GET":
         return RedirectResponse("/login", status_code=303)
-    return message_page("Sorry", error.sentence, error.status_code)
+    refused = message_page("Sorry", error.sentence, error.status_code)
+    refused.headers.update(refusal_headers(error))
+    return refused

@@ -78,6 +78,7 @@ class TokenOut(BaseModel):
     scope: Literal["read", "write"]
     created_at: str
     expires_at: str | None
+    used_at: str | None
     is_revoked: bool
 
 
@@ -92,6 +93,21 @@ class TokensOut(BaseModel):
     """One's keys."""
 
     tokens: list[TokenOut]
+
+
+class LoginOut(BaseModel):
+    """A browser that is logged in."""
+
+    id: str
+    created_at: str
+    expires_at: str
+    is_this: bool
+
+
+class LoginsOut(BaseModel):
+    """One's logins."""
+
+    logins: list[LoginOut]
 
 
 class AuditEntryOut(BaseModel):

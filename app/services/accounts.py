@@ -20,6 +20,7 @@ ROLES: tuple[Role, ...] = ("viewer", "assistant", "owner")
 LOGIN_LASTS = timedelta(days=14)
 TOKEN_PREFIX = "jm_"
 LEAST_PASSWORD = 10
+USE_NOTED_EVERY = timedelta(minutes=1)
 _HASHER = PasswordHasher()
 # Somebody unknown takes as long to refuse as somebody with a wrong password.
 _NOBODY = _HASHER.hash(new_token())
@@ -33,11 +34,17 @@ class Experimenter:
         id: The account's.
         name: What they log in with.
         role: What they may do at most: viewer, assistant or owner.
+        asked_by: The hash of the cookie or key that says so.
+        by_key: Whether a program asks by its key, not a browser that is logged in.
+        key_id: The key's id whose use is to be noted; null: nothing to note.
     """
 
     id: str
     name: str
     role: Role
+    asked_by: str = ""
+    by_key: bool = False
+    key_id: str | None = None
 
     def may(self, role: Role) -> bool:
         """Whether they may do what this role may."""
@@ -72,6 +79,17 @@ class NotYours(JoymapError):
         """Say who may."""
         article = "a" if role == "viewer" else "an"
         super().__init__(f"Only {article} {role} may do this.")
+
+
+class NotByKey(JoymapError):
+    """Something that only the person does, in their browser."""
+
+    status_code = 403
+    kind = "not-by-key"
+
+    def __init__(self) -> None:
+        """Say how it is done."""
+        super().__init__("A program's key cannot do this; please log in with your password.")
 
 
 class NoSuchAccount(JoymapError):
@@ -167,8 +185,17 @@ def fits(password_hash: str | None, password: str) -> bool:
         return False
 
 
-def log_in(db: Session, name: str, fits_hash: str | None) -> str:
+def rehashed(password_hash: str | None, password: str) -> str | None:
+    """A fitting password hashed anew, where it was hashed by an earlier library's parameters."""
+    if password_hash is None or not _HASHER.check_needs_rehash(password_hash):
+        return None
+    return _HASHER.hash(password)
+
+
+def log_in(db: Session, name: str, fits_hash: str | None, rehashed: str | None = None) -> str:
     """Log somebody in whose password fitted this hash; the token for the cookie.
+
+    The password is kept as ``rehashed`` from now on, if that is given.
 
     Raises:
         WrongPassword: If there is no such account now, or its password is another meanwhile.
@@ -176,6 +203,8 @@ def log_in(db: Session, name: str, fits_hash: str | None) -> str:
     account = access.by_name(db, name)
     if account is None or account.disabled_at is not None or account.password_hash != fits_hash:
         raise WrongPassword
+    if rehashed is not None:
+        account.password_hash = rehashed
     return _log_in(db, account)
 
 
@@ -207,14 +236,45 @@ def experimenter_of(db: Session, login: str | None, bearer: str | None) -> Exper
         if account.disabled_at is not None:
             raise NotAllowed
         role: Role = "viewer" if key.scope == "read" else account.role  # type: ignore[assignment]
-        return Experimenter(account.id, account.name, role)
+        is_noted = key.used_at is not None and now - key.used_at < USE_NOTED_EVERY
+        to_note = None if is_noted else key.id
+        return Experimenter(account.id, account.name, role, key.token_hash, True, to_note)
     row = None if login is None else access.login(db, hash_of(login))
     if row is None or _is_past(row.expires_at, now):
         raise NotAllowed
     account = db.get_one(ExperimenterRow, row.experimenter_id)
     if account.disabled_at is not None:
         raise NotAllowed
-    return Experimenter(account.id, account.name, account.role)  # type: ignore[arg-type]
+    return Experimenter(
+        account.id,
+        account.name,
+        account.role,  # type: ignore[arg-type]
+        row.token_hash,
+    )
+
+
+def note_use(db: Session, key_id: str) -> None:
+    """Note that a program's key was used now."""
+    db.get_one(ApiTokenRow, key_id).used_at = datetime.now(UTC)
+
+
+def login_id(token_hash: str) -> str:
+    """What a login is called on the wire: part of the hash, from which nobody gets the cookie."""
+    return token_hash[:16]
+
+
+def end_login(db: Session, who: Experimenter, wanted: str) -> None:
+    """End one of one's own logins.
+
+    Raises:
+        NoSuchAccount: If there is none of that id.
+    """
+    for login in access.logins(db, who.id):
+        if login_id(login.token_hash) == wanted:
+            db.delete(login)
+            audit.note(db, who.id, "login.end", wanted)
+            return
+    raise NoSuchAccount
 
 
 def change(
@@ -230,10 +290,13 @@ def change(
     if account is None:
         raise NoSuchAccount
     loses = (role is not None and role != "owner") or disabled
-    if account.role == "owner" and loses and access.owners(db) <= 1:
+    is_owner = account.role == "owner" and account.disabled_at is None
+    if is_owner and loses and access.owners(db) <= 1:
         raise BadAccount("Somebody has to be the owner; make another owner first.")
     if role is not None:
         account.role = role
+    if loses:
+        access.forget_invitations(db, account_id)
     if disabled is not None:
         account.disabled_at = datetime.now(UTC) if disabled else None
         if disabled:
@@ -244,9 +307,10 @@ def change(
 
 
 def change_password(db: Session, who: Experimenter, password_hash: str) -> None:
-    """A new password; whoever was logged in with the old one is so no more."""
+    """A new password; whoever was let in by the old one, programs too, is so no more."""
     db.get_one(ExperimenterRow, who.id).password_hash = password_hash
     access.forget_logins(db, who.id)
+    access.revoke_tokens(db, who.id, datetime.now(UTC))
     audit.note(db, who.id, "account.password", who.id)
 
 
@@ -294,6 +358,7 @@ def revoke_api_token(db: Session, who: Experimenter, token_id: str) -> None:
 
 def _log_in(db: Session, account: ExperimenterRow) -> str:
     token, now = new_token(), datetime.now(UTC)
+    access.forget_past_logins(db, now)
     db.add(
         LoginRow(
             token_hash=hash_of(token),

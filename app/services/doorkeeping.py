@@ -1,47 +1,45 @@
 """How often somebody may knock: so many times a minute, by whatever they are known."""
 
+import math
+import threading
 from collections import OrderedDict, deque
 from collections.abc import Callable
 
-from app.errors import JoymapError
+from app.doors import TooOften
+
+# Times a minute: log-ins and set-ups of an address or a name, links that are nobody's of an
+# address, requests of a login or a key.
+LOG_INS = 20
+WRONG_LINKS = 60
+REQUESTS = 600
 
 _WINDOW_S = 60.0
 _KEPT = 10_000
 
 
-class TooOften(JoymapError):
-    """Somebody who knocks too often."""
-
-    status_code = 429
-    kind = "too-often"
-
-    def __init__(self) -> None:
-        """Say when to come back."""
-        super().__init__("That was too often; please wait a minute and try again.")
-
-
 class Doorkeeper:
     """Counts knocks in the last minute, by name. In memory: a restart forgets them."""
 
-    def __init__(self, clock: Callable[[], float], a_minute: int = 20) -> None:
-        """Let each name in so many times a minute."""
+    def __init__(self, clock: Callable[[], float]) -> None:
+        """Count by a clock in seconds that never goes back."""
         self._clock = clock
-        self._a_minute = a_minute
         self._knocks: OrderedDict[str, deque[float]] = OrderedDict()
+        self._one_at_a_time = threading.Lock()
 
-    def admit(self, name: str) -> None:
-        """Count a knock.
+    def admit(self, name: str, a_minute: int = LOG_INS) -> None:
+        """Count a knock; those that are refused do not count.
 
         Raises:
-            TooOften: If there were too many in the last minute.
+            TooOften: If there were as many already in the last minute.
         """
         now = self._clock()
-        knocks = self._knocks.setdefault(name, deque())
-        self._knocks.move_to_end(name)
-        while knocks and knocks[0] < now - _WINDOW_S:
-            knocks.popleft()
-        if len(knocks) >= self._a_minute:
-            raise TooOften
-        knocks.append(now)
-        if len(self._knocks) > _KEPT:
-            self._knocks.popitem(last=False)
+        with self._one_at_a_time:
+            knocks = self._knocks.setdefault(name, deque())
+            self._knocks.move_to_end(name)
+            while knocks and knocks[0] <= now - _WINDOW_S:
+                knocks.popleft()
+            if len(knocks) >= a_minute:
+                raise TooOften(math.ceil(knocks[0] + _WINDOW_S - now))
+            knocks.append(now)
+            if len(self._knocks) > _KEPT:
+                self._knocks.popitem(last=False)

@@ -46,6 +46,30 @@ def forget_logins(db: Session, experimenter_id: str) -> None:
     db.execute(delete(LoginRow).where(LoginRow.experimenter_id == experimenter_id))
 
 
+def forget_past_logins(db: Session, now: datetime) -> None:
+    """Delete the logins that have run out."""
+    db.execute(delete(LoginRow).where(LoginRow.expires_at <= now))
+
+
+def forget_invitations(db: Session, experimenter_id: str) -> None:
+    """Make the unused invitations of an account worthless."""
+    db.execute(
+        delete(SetupLinkRow).where(
+            SetupLinkRow.made_by == experimenter_id, SetupLinkRow.used_at.is_(None)
+        )
+    )
+
+
+def logins(db: Session, experimenter_id: str) -> list[LoginRow]:
+    """An account's logins, newest first."""
+    statement = (
+        select(LoginRow)
+        .where(LoginRow.experimenter_id == experimenter_id)
+        .order_by(LoginRow.created_at.desc())
+    )
+    return list(db.scalars(statement))
+
+
 def api_token(db: Session, token_hash: str) -> ApiTokenRow | None:
     """The program's key with this hash."""
     return db.scalar(select(ApiTokenRow).where(ApiTokenRow.token_hash == token_hash))

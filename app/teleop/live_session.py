@@ -105,6 +105,11 @@ class LiveSession:
         return self._drive is not None
 
     @property
+    def is_trying(self) -> bool:
+        """Whether an attempt goes on."""
+        return self._drive is not None and self._drive.end is None
+
+    @property
     def drive_id(self) -> str | None:
         """The drive that is open, or was the last to end."""
         return None if self._drive is None else self._drive.log.drive_id

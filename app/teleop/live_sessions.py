@@ -80,9 +80,9 @@ class LiveSessions:
             return session
 
     def stop_drive(self, participant_id: str) -> None:
-        """End what the participant drives: they go on to something else."""
+        """End an attempt that goes on: the participant goes on to something else."""
         session = self.existing(participant_id)
-        if session is not None:
+        if session is not None and session.is_trying:
             session.stop_drive("switched")
 
     async def follow_step(self, participant_id: str) -> None:

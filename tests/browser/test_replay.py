@@ -8,7 +8,7 @@ from playwright.sync_api import Browser, expect
 from app.storage.tables import SampleChunkRow
 from app.storage.ticks import unpack
 from tests.app.test_running_server import answer_all
-from tests.browser.visitor import Visitor
+from tests.browser.visitor import Visitor, sign_up
 from tests.running_server import Participant, running_server
 
 
@@ -39,9 +39,9 @@ def test_a_drive_with_arrows_is_seen_again(browser: Browser, tmp_path: Path) -> 
         page = context.new_page()
         errors: list[str] = []
         page.on("pageerror", lambda error: errors.append(str(error)))
-        page.goto(server.experimenter_link)
-        page.get_by_role("button").first.click()
-        page.get_by_role("link", name="Drives of P-1: 1").click()
+        sign_up(page, server)
+        page.get_by_test_id("study-demo").click()
+        page.get_by_role("link", name="P-1").click()
         expect(page.get_by_test_id("drives")).to_contain_text("given up")
         page.get_by_test_id("replay").click()
         expect(page.get_by_test_id("measures")).to_contain_text("Touches")

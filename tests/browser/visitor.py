@@ -7,8 +7,19 @@ from typing import Any
 
 from playwright.sync_api import Browser, Page, WebSocket
 
+from tests.running_server import RunningServer
+
 LAPTOP = {"width": 1280, "height": 800}
 PHONE = {"width": 390, "height": 844}
+
+
+def sign_up(page: Page, server: RunningServer) -> None:
+    """Make an account by the experimenter link, and arrive on the dashboard."""
+    page.goto(server.experimenter_link)
+    page.get_by_test_id("name").fill("ada")
+    page.get_by_test_id("password").fill("correct horse")
+    page.get_by_test_id("open-dashboard").click()
+    page.wait_for_url("**/dashboard")
 
 
 class Visitor:

@@ -51,10 +51,8 @@ def rows(server: RunningServer) -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def experimenter(server: RunningServer) -> Generator[httpx.Client]:
-    with httpx.Client(base_url=server.base_url, follow_redirects=True, timeout=20.0) as client:
-        client.post(server.experimenter_link).raise_for_status()
-        yield client
+def experimenter(server: RunningServer) -> httpx.Client:
+    return server.experimenter()
 
 
 @pytest.fixture
@@ -84,7 +82,7 @@ def test_the_measures_are_those_of_the_record(
     experimenter: httpx.Client, server: RunningServer, rows: np.ndarray, drive_id: str
 ) -> None:
     participant_id = server.rows(DriveRow)[0].participant_id
-    listed = experimenter.get(f"/api/participants/{participant_id}/drives").json()
+    listed = experimenter.get(f"/api/v1/participants/{participant_id}/drives").json()
     assert listed["label"] == "P-1"
     (line,) = listed["drives"]
     assert (line["id"], line["end"], line["ticks"]) == (drive_id, "given up", len(rows))
@@ -94,7 +92,7 @@ def test_the_measures_are_those_of_the_record(
     assert measures["path_length_m"] == pytest.approx(way)
     assert measures["completion_time_s"] == pytest.approx(len(rows) / 60, rel=0.05)
     assert (measures["spills"], measures["touches"]) == (measures["counts"]["spilt"], None)
-    found = experimenter.get(f"/api/drives/{drive_id}").json()
+    found = experimenter.get(f"/api/v1/drives/{drive_id}").json()
     assert found["measures"] == measures
     assert np.allclose(found["path"][0], hand[0], atol=1e-4)
     assert np.sum(found["stick_map"]) == pytest.approx(1.0, abs=0.01)
@@ -140,7 +138,8 @@ def test_a_message_that_makes_no_sense_gets_a_sentence(
 
 
 @pytest.mark.parametrize(
-    "path", ["api/drives/none", "api/participants/none/drives", "drives/none", "participants/none"]
+    "path",
+    ["api/v1/drives/none", "api/v1/participants/none/drives", "drives/none", "participants/none"],
 )
 def test_what_there_is_not_is_not_found(experimenter: httpx.Client, path: str) -> None:
     response = experimenter.get(f"/{path}")
@@ -151,8 +150,8 @@ def test_what_there_is_not_is_not_found(experimenter: httpx.Client, path: str) -
 def test_records_are_closed_to_others(server: RunningServer, drive_id: str) -> None:
     participant_id = server.rows(DriveRow)[0].participant_id
     for path in (
-        f"api/participants/{participant_id}/drives",
-        f"api/drives/{drive_id}",
+        f"api/v1/participants/{participant_id}/drives",
+        f"api/v1/drives/{drive_id}",
         f"participants/{participant_id}",
         f"drives/{drive_id}",
         f"drives/{drive_id}/v/scene/",

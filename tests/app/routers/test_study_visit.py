@@ -1,4 +1,4 @@
-"""A whole study as a participant's page sees it: every step in order, blind, nothing asked twice."""
+"""A whole study as a participant's page sees it: step by step, blind, nothing asked twice."""
 
 import json
 import time

@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from app.bots.eyes import Sight, presses
 from app.storage.ticks import COLUMNS, HOLDS
 from app.teleop.live_session import LiveSession
 from app.teleop.recorder import DriveLog
@@ -21,7 +22,7 @@ from models.task_space import fit_task_space, survey
 from models.tasks import get_task
 from models.training import Labels
 from tests.app.teleop.test_live_session import FakeRecorder, FakeScene
-from tests.drivers import Sight, presses, stick
+from tests.drivers import stick
 
 DT_S = 1 / 60
 TASKS = ("avoid", "pour-cup", "fetch-and-pour")

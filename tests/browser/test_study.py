@@ -1,0 +1,186 @@
+"""A whole study in a real browser: an experimenter makes it, people take part, one withdraws."""
+
+from collections.abc import Generator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+import yaml
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Browser, Page, expect
+
+from app.schemas.protocol import LEARNABLE, NO_ALIGN
+from tests.browser.visitor import LAPTOP, PHONE, Visitor, sign_up
+from tests.running_server import Participant, RunningServer, running_server
+
+PROTOCOL = {
+    "title": "A small study",
+    "tasks": [{"task": "avoid", "labels": 5, "unlabelled": 100}],
+    "strategies": [NO_ALIGN, "no-priors"],
+    "practice_s": 5,
+    "questionnaires": {"after_each_strategy": ["steering"], "after_each_task": ["preference"]},
+    "completion": {"code": "C0DE"},
+}
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Generator[RunningServer]:
+    with running_server(tmp_path_factory.mktemp("study"), training_steps=20) as server:
+        yield server
+
+
+def assert_accessible(page: Page) -> None:
+    # What viser draws in its frame is a picture; its page is not ours.
+    found = Axe().run(page, options={"iframes": False})
+    assert found.violations_count == 0, found.generate_report()
+
+
+def test_people_take_part_in_a_study_made_in_the_browser(
+    browser: Browser, server: RunningServer
+) -> None:
+    office = browser.new_context(viewport=LAPTOP, reduced_motion="reduce").new_page()
+    errors: list[str] = []
+    office.on("pageerror", lambda error: errors.append(str(error)))
+    sign_up(office, server)
+    office.get_by_test_id("new-study").click()
+    expect(office.get_by_test_id("steps")).to_contain_text("way 3")
+    assert_accessible(office)
+    office.get_by_test_id("yaml").fill("title: [")
+    expect(office.get_by_test_id("protocol-error")).to_contain_text("line")
+    office.get_by_test_id("yaml").fill(yaml.safe_dump(PROTOCOL))
+    expect(office.get_by_test_id("steps")).to_contain_text("9 steps")
+    office.get_by_test_id("make-study").click()
+    office.wait_for_url("**/studies/*")
+    office.get_by_test_id("share").click()
+    link = office.get_by_test_id("link").input_value()
+    assert_accessible(office)
+
+    sent: list[str] = []
+    person = Joined(browser, link + "?PROLIFIC_PID=5f3c", sent)
+    person.page.get_by_test_id("join").click()
+    person.wait_for_step("consent")
+    assert_accessible(person.page)
+    own = person.page.url
+    person.begin()
+    assert_accessible(person.page)
+    answer_everything(own)
+    person.page.reload()
+    person.wait_for_step("training")
+    person.click("drive")
+    for way in (1, 2):
+        person.wait_for_step("block")
+        expect(person.page.get_by_test_id("way-of-steering")).to_contain_text(f"{way} of 2")
+        expect(person.page.get_by_test_id("attempt-says")).to_contain_text("Go once round")
+        person.page.reload()  # and the attempt goes on
+        person.wait_for_step("block")
+        expect(person.page.get_by_test_id("attempt-says")).to_contain_text("Go once round")
+        assert_accessible(person.page)
+        person.click("give-up")
+        person.click("continue")
+        person.wait_for_step("questions")
+        fill_in(person, way)
+    fill_in(person, 2)
+    expect(person.page.get_by_test_id("code")).to_have_text("C0DE")
+    assert_accessible(person.page)
+    assert person.complaints == []
+    assert len(person.scripts) > 20
+    sent += [httpx.get(script).text for script in person.scripts]
+    for name in (NO_ALIGN, *LEARNABLE):
+        assert not any(name in text for text in sent), name
+
+    again = Joined(browser, link + "?PROLIFIC_PID=5f3c", [])
+    again.page.get_by_test_id("join").click()
+    again.wait_for_step("end")  # the same person, where they were
+    other = Joined(browser, link, [], viewport=PHONE)
+    other.page.get_by_test_id("join").click()
+    other.wait_for_step("consent")
+    other.begin()
+    other.click("withdraw")
+    assert_accessible(other.page)
+    other.click("withdraw-erase")
+    other.wait_for_step("end")
+    expect(other.page.get_by_test_id("end")).to_have_attribute("data-state", "withdrawn")
+    for visitor in (person, again, other):
+        visitor.close()
+
+    expect(office.locator("#summary")).to_contain_text("1 done, 0 under way, 0 gone, 1 withdrew")
+    office.get_by_role("link", name="P-2").click()
+    expect(office.get_by_test_id("drives")).to_contain_text("given up")
+    assert_accessible(office)
+    office.get_by_test_id("reason").fill("was only trying")
+    office.get_by_test_id("exclude").click()
+    expect(office.locator("#facts")).to_contain_text("excluded: was only trying")
+    office.goto(f"{server.base_url}/account")
+    expect(office.locator("#audit")).to_contain_text("participant.exclude")
+    assert_accessible(office)
+    office.get_by_test_id("log-out").click()
+    office.wait_for_url("**/login")
+    assert_accessible(office)
+    assert errors == []
+    office.context.close()
+
+
+class Joined(Visitor):
+    """Somebody in a study; keeps which scripts their page loads and what the arm tells it."""
+
+    def __init__(self, browser: Browser, link: str, sent: list[str], **options: Any) -> None:
+        self.sent = sent
+        self.scripts: set[str] = set()
+        super().__init__(browser, link, reduced_motion="reduce", **options)
+
+    def open_tab(self) -> Page:
+        self.context.on("response", self._note)
+        return super().open_tab()
+
+    def _note(self, response: Any) -> None:
+        # What the API answers is read in tests/app/routers/test_study_visit.py: of a page that is
+        # left meanwhile, a browser gives nothing out.
+        if response.url.endswith(".js"):
+            self.scripts.add(response.url)
+
+    def _hear(self, frame: Any) -> None:
+        self.sent.append(str(frame))
+        super()._hear(frame)
+
+
+def answer_everything(link: str) -> None:
+    """By a program, as the person would."""
+    participant = Participant(link)
+    session = participant.session()
+    while session["step"] == "queries":
+        query = next(each for each in session["queries"] if each["answer"] is None)
+        session = participant.answer(query["id"], [0.5, 0.5]).json()
+    participant.wait_for_training()
+
+
+def fill_in(person: Joined, choice: int) -> None:
+    """Answer a questionnaire; a reload in between loses nothing."""
+    items = person.page.locator(".item")
+    expect(items.first).to_be_visible()
+    title = person.page.locator("h1").inner_text()
+    person.click("send")
+    expect(person.page.get_by_test_id("questions-state")).to_contain_text("still open")
+    assert_accessible(person.page)
+    for item in items.all():
+        radios = item.locator("input[type=radio]")
+        radios.nth(min(choice, 1, radios.count() - 1)).check()
+    person.page.reload()
+    expect(person.page.locator("input:checked")).to_have_count(items.count())
+    person.click("send")
+    expect(person.page.locator("h1")).not_to_have_text(title)
+
+
+def test_a_phone_at_any_step_needs_no_scrolling_sideways(
+    browser: Browser, server: RunningServer, tmp_path: Path
+) -> None:
+    del tmp_path
+    (link,) = server.participant_links(1)
+    visitor = Visitor(browser, link, viewport={"width": 640, "height": 400})  # 200 % of a laptop
+    for step in ("consent", "practice", "queries"):
+        visitor.wait_for_step(step)
+        wide = visitor.page.evaluate("document.documentElement.scrollWidth")
+        assert wide <= 640, step
+        if step != "queries":
+            visitor.click("begin" if step == "consent" else "ready")
+    visitor.close()
