@@ -6,7 +6,7 @@ from datetime import UTC, datetime, timedelta
 from typing import Literal
 
 from argon2 import PasswordHasher
-from argon2.exceptions import VerificationError
+from argon2.exceptions import InvalidHashError, VerificationError
 from sqlalchemy.orm import Session
 
 from app.errors import IdReused, JoymapError, NotAllowed, UsedSetupLink
@@ -181,7 +181,7 @@ def fits(password_hash: str | None, password: str) -> bool:
     """Whether a password is the one that was hashed. Takes a moment, whoever asks."""
     try:
         return _HASHER.verify(password_hash or _NOBODY, password) and password_hash is not None
-    except VerificationError:
+    except (VerificationError, InvalidHashError):
         return False
 
 

@@ -1,4 +1,4 @@
-// account.js — one's password and programs' keys; for owners, everyone's accounts and what was done.
+// account.js — one's password, logins and programs' keys; for owners, everyone's accounts and what was done.
 import { html } from '../element.js'
 import { newId } from '../ids.js'
 import { linkCard } from './link_card.js'
@@ -10,6 +10,7 @@ const me = await whoAmI()
 at('title').textContent = me.name
 at('role').textContent = `You are ${me.role === 'viewer' ? 'a viewer' : `an ${me.role}`}.`
 at('owners').hidden = !may(me, 'owner')
+at('token').hidden = !may(me, 'assistant')
 
 at('password').addEventListener('submit', async (event) => {
   event.preventDefault()
@@ -20,8 +21,8 @@ at('password').addEventListener('submit', async (event) => {
 
 at('token').addEventListener('submit', async (event) => {
   event.preventDefault()
-  const { name, scope } = Object.fromEntries(new FormData(at('token')))
-  const made = await attempt(() => api.post('tokens', { id: newId(), name, scope }))
+  const { name, scope, days } = Object.fromEntries(new FormData(at('token')))
+  const made = await attempt(() => api.post('tokens', { id: newId(), name, scope, days: days ? Number(days) : null }))
   if (made) at('made').replaceChildren(linkCard({ label: `the program “${name}”`, link: made.token }, (card) => card.remove()))
   await drawTokens()
 })
@@ -33,11 +34,21 @@ at('invite').addEventListener('submit', async (event) => {
   if (made) at('made').replaceChildren(linkCard({ label: `a new ${role}`, ...made }, (card) => card.remove()))
 })
 
+async function drawLogins() {
+  const found = await attempt(() => api.get('logins'))
+  at('logins').replaceChildren(...(found?.logins ?? []).map(({ id, created_at, is_this }) => html('li', { class: 'bar' },
+    'since', moment(created_at),
+    is_this ? html('b', {}, 'this browser') : html('button', { class: 'button plain-text', type: 'button', 'aria-label': `End the login of ${created_at}`, onclick: async () => {
+      await attempt(() => api.delete(`logins/${id}`))
+      await drawLogins()
+    } }, 'End'))))
+}
+
 async function drawTokens() {
   const found = await attempt(() => api.get('tokens'))
-  at('tokens').replaceChildren(...(found?.tokens ?? []).map(({ id, name, scope, created_at, is_revoked }) => html('li', { class: 'bar' },
-    html('b', {}, name), scope, moment(created_at),
-    is_revoked ? html('span', { class: 'quiet' }, 'ended') : html('button', { class: 'button plain-text', type: 'button', onclick: async () => {
+  at('tokens').replaceChildren(...(found?.tokens ?? []).map(({ id, name, scope, created_at, expires_at, used_at, is_revoked }) => html('li', { class: 'bar' },
+    html('b', {}, name), scope, html('span', { class: 'quiet' }, 'made ', moment(created_at), used_at ? ', used ' : ', never used', used_at && moment(used_at), expires_at && ', until ', expires_at && moment(expires_at)),
+    is_revoked ? html('span', { class: 'quiet' }, 'ended') : may(me, 'assistant') && html('button', { class: 'button plain-text', type: 'button', 'aria-label': `End the key ${name}`, onclick: async () => {
       await attempt(() => api.delete(`tokens/${id}`))
       await drawTokens()
     } }, 'End'))))
@@ -57,13 +68,24 @@ async function drawAccounts() {
     } }, is_disabled ? 'Let in again' : 'Let in no more'))))
 }
 
+/** @type {any[]} */
+let entries = []
+/** @type {number | null} */
+let next = null
+
 async function drawAudit() {
-  const found = await attempt(() => api.get('audit?limit=100'))
+  const found = await attempt(() => api.get(`audit?limit=100${next === null ? '' : `&before=${next}`}`))
+  if (!found) return
+  entries = [...entries, ...found.entries]
+  next = found.next
+  at('earlier').hidden = next === null
   at('audit').replaceChildren(html('table', { class: 'table' },
     html('thead', {}, html('tr', {}, ['When', 'Who', 'What', 'To what'].map((name) => html('th', { scope: 'col' }, name)))),
-    html('tbody', {}, (found?.entries ?? []).map(({ at: when, who, action, subject }) => html('tr', {}, html('td', {}, moment(when)), html('td', {}, who ?? 'the server'), html('td', {}, action), html('td', {}, subject ?? '–'))))))
+    html('tbody', {}, entries.map(({ at: when, who, action, subject }) => html('tr', {}, html('td', {}, moment(when)), html('td', {}, who ?? 'the server'), html('td', {}, action), html('td', {}, subject ?? '–'))))))
 }
 
+at('earlier').addEventListener('click', drawAudit)
+await drawLogins()
 await drawTokens()
 if (may(me, 'owner')) {
   await drawAccounts()

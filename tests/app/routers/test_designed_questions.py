@@ -39,7 +39,7 @@ def client(tmp_path_factory: pytest.TempPathFactory) -> Generator[TestClient]:
 def answer_until_enough(page: Page, noise_cv: float) -> int:
     """Answer as a mirrored person would, until the questions end; how many that took."""
     service: Any = page.client.app.state.service  # type: ignore[attr-defined]
-    unit_m = service.surveys["plane"].unit_m
+    unit_m = service.survey("plane").unit_m
     preference = parse_preference("mirrored+rotated:30", np.random.default_rng(0))
     person = SimulatedHuman(get_task("plane"), preference, np.full(2, unit_m), noise_cv)
     rng = np.random.default_rng(5)

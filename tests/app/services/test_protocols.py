@@ -1,5 +1,6 @@
 """Protocols: YAML there and back, and errors that say where and why."""
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -70,3 +71,9 @@ def test_own_questionnaires_can_be_asked() -> None:
     found = protocols.find_questionnaire(protocol, "own")
     assert found is not None
     assert found.title == "Own"
+
+
+def test_the_protocol_in_the_docs_can_be_run() -> None:
+    text = (Path(__file__).resolve().parents[3] / "docs" / "studies.md").read_text()
+    example = text.split("```yaml\n")[1].split("```")[0]
+    assert len(protocols.parse_yaml(example).tasks) == 3
