@@ -1,4 +1,4 @@
-"""Each task of the user study, labelled and driven through a running server as a page would.
+"""Tasks of the user study, labelled and driven through a running server as a page would.
 
 Of many people and many starts, ``make soak`` tells.
 """
@@ -16,7 +16,7 @@ from models.experiment import PAPER_LABELS
 from tests.page import Page, person_of
 from tests.running_server import Participant, running_server
 
-TASKS = ("avoid", "pour-cup", "fetch-and-pour")
+TASKS = ("pour-cup", "fetch-and-pour")  # test_bots.py goes round
 
 
 @pytest.mark.parametrize("task", TASKS)

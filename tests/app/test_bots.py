@@ -1,0 +1,117 @@
+"""Simulated participants walk a study through a running server's doors, politely and rudely."""
+
+import asyncio
+import uuid
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.bots.crowd import Crowd, send
+from app.bots.opinions import Felt, respond
+from app.bots.person import Habits, Person
+from app.cli import main
+from app.storage.tables import AnswerRow, DriveRow, ResponseRow
+from models.kinematics import HandPose
+from models.preferences import axes, parse_preference
+from models.tasks import get_task
+from tests.running_server import running_server
+
+PROTOCOL = {
+    "title": "Rehearsal",
+    "tasks": [{"task": "avoid", "labels": 7}],
+    "strategies": ["no-align", "all-priors"],
+    "practice_s": 0,
+    "questionnaires": {"after_each_strategy": ["steering"], "after_each_task": ["preference"]},
+}
+
+
+def test_bots_do_all_that_a_study_asks_and_rude_ones_leave_no_trace(tmp_path: Path) -> None:
+    with running_server(tmp_path) as server:
+        office, study = server.experimenter(), f"/api/v1/studies/{uuid.uuid4()}"
+        content = {"id": study.rsplit("/", 1)[1], "protocol": PROTOCOL}
+        office.post("/api/v1/studies", json=content).raise_for_status()
+        link = office.post(f"{study}/link").raise_for_status().json()["link"]
+        crowd = Crowd(
+            participants=3,
+            preference="rotated:75",
+            parallel=3,
+            seed=4,
+            double_submit=True,
+            reconnect=True,
+            two_tabs=True,
+            gives_up_s=25.0,
+        )
+        reports = asyncio.run(send(crowd, link, lambda _reports: None))
+        assert [report.state for report in reports] == ["completed"] * 3
+        assert sum(report.refusals for report in reports) == 0
+        assert office.get(study).json()["participants"]["completed"] == 3
+        assert len(server.rows(AnswerRow)) == 3 * 7
+        assert len(server.rows(ResponseRow)) == 3 * (2 * 6 + 2)
+        drives = server.rows(DriveRow)
+        ends = Counter((drive.strategy, drive.end) for drive in drives)
+        assert ends["all-priors", "done"] == 3
+        assert ends["no-align", "done"] == 0
+        best = [row.value for row in server.rows(ResponseRow) if row.item == "best"]
+        positions = {
+            drive.participant_id: drive.step[-1] for drive in drives if drive.end == "done"
+        }
+        assert sorted(best) == sorted(positions.values())
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--study", "http://x/p/abc"], "shared link"),
+        (["--study", "http://x/join/abc", "--participants", "0"], "at least 1"),
+        (["--study", "http://x/join/abc", "--drop-out", "2"], "share"),
+        (["--study", "http://x/join/abc", "--preference", "odd"], "odd"),
+    ],
+)
+def test_a_bad_argument_gets_one_line(words: list[str], said: str, capsys: object) -> None:
+    assert main(["bots", *words]) == 2
+    heard = capsys.readouterr().err  # type: ignore[attr-defined]
+    assert said in heard
+    assert heard.count("\n") == 1
+
+
+def test_whoever_adapts_learns_what_the_stick_really_does() -> None:
+    """A stick that is turned by 60°: after a while the hand goes where they want."""
+    task, turn = get_task("avoid"), np.deg2rad(60.0)
+    turned = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    last = {}
+    for adapts in (0.0, 0.05):
+        habits = Habits(motor_noise=0.05, adapts=adapts)
+        person = Person(axes(), habits, np.random.default_rng(1))
+        place, rng, misses = np.array([0.5, 0.0, 0.3]), np.random.default_rng(2), []
+        for tick in range(900):
+            wanted = rng.normal(size=2) * 0.1 if tick % 30 == 0 else wanted
+            hand = HandPose(place.copy(), np.eye(3))
+            h = person.push(task, wanted, hand, tick / 30, 1 / 30)
+            change = turned @ h * 0.2 / 30
+            place[:2] += change
+            misses.append(abs(np.angle(complex(*change) / complex(*wanted))))
+        last[adapts] = np.rad2deg(np.mean(misses[-150:]))
+    assert last[0.0] == pytest.approx(60.0, abs=8.0)
+    assert last[0.05] < 15.0
+
+
+def test_the_same_seed_is_the_same_person() -> None:
+    crowd, other = Crowd(3, seed=5), Crowd(3, seed=6)
+    for index in range(3):
+        one, same = crowd.person(index).preference, crowd.person(index).preference
+        assert np.array_equal(one.matrix, same.matrix)
+        assert not np.array_equal(one.matrix, other.person(index).preference.matrix)
+
+
+def test_what_is_said_follows_what_was_felt() -> None:
+    rng = np.random.default_rng(0)
+    scale = {"kind": "scale", "text": "It was easy.", "low": 1, "high": 7, "step": 1}
+    effort = scale | {"text": "How much effort?", "low": 0, "high": 100, "step": 5}
+    good, bad = Felt(0.02, 0.0), Felt(0.5, 1.0)
+    words = {"high_label": "", "low_label": ""}
+    assert respond(scale | words, good, [], rng) > respond(scale | words, bad, [], rng)  # type: ignore[operator]
+    assert respond(effort | words, good, [], rng) < respond(effort | words, bad, [], rng)  # type: ignore[operator]
+    assert respond({"kind": "strategy"}, good, [bad, good], rng) == 2
+    assert parse_preference("axes", rng) is not None
