@@ -39,7 +39,8 @@ def session_of(db: Session, participant: ParticipantRow) -> SessionOut:
     at = flow.here(db, participant)
     step, protocol = at.step, at.protocol
     is_asking = step.kind == "queries"
-    questions = queries.asked(db, participant, at.task) if is_asking else []
+    is_asked = step.kind in ("queries", "training", "driving")
+    questions = queries.asked(db, participant, at.task) if is_asked else []
     return SessionOut(
         study=protocol.title,
         state="active" if participant.state == "abandoned" else participant.state,  # type: ignore[arg-type]
