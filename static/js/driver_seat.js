@@ -88,7 +88,8 @@ export class DriverSeat {
 
   /** Show or hide where each direction of the stick leads. */
   point() {
-    this.live.send({ type: 'arrows', shown: this.arrows.checked })
+    // Without a line the box must not say what is not so.
+    if (!this.live.send({ type: 'arrows', shown: this.arrows.checked })) this.arrows.checked = this.hasArrows
     this.inputs.pad.focus()
   }
 

@@ -23,7 +23,7 @@ def test_a_drive_with_arrows_is_seen_again(browser: Browser, tmp_path: Path) -> 
         page = driver.page
         expect(page.get_by_test_id("hold")).to_have_text("Released: the arm holds", timeout=20_000)
         page.get_by_test_id("arrows").check()
-        expect(page.get_by_test_id("stick")).to_have_attribute("data-ways", "true")
+        expect(page.get_by_test_id("stick")).to_have_attribute("data-ways", "true", timeout=20_000)
         page.keyboard.down("ArrowUp")
         page.wait_for_timeout(1500)
         page.keyboard.up("ArrowUp")

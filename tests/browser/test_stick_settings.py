@@ -56,6 +56,8 @@ def test_the_stick_is_set_by_keys_alone_through_a_lost_line_for_every_device(
     assert stick["gain"] == 2.0
     keyboard.press("Escape")
     expect(page.get_by_test_id("adjust-stick")).to_be_focused()
+    # The stick is the person's again a moment after the dialog gives the focus back.
+    expect(page.get_by_test_id("stick")).to_have_attribute("aria-disabled", "false")
     keyboard.down("ArrowUp")
     visitor.wait(lambda: pushed(visitor, "stick") == (0.0, -1.0))
     keyboard.up("ArrowUp")
