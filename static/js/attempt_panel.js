@@ -32,6 +32,8 @@ export class AttemptPanel {
       this.bar, this.counts,
       this.grasp, this.again)
     this.words = ''
+    /** Whether one that is over may be tried once more. */
+    this.mayTryAgain = true
   }
 
   /** @param {Progress | null} progress */
@@ -51,7 +53,7 @@ export class AttemptPanel {
     }
     this.grasp.hidden = end !== null || !progress.can_grasp
     this.giveUp.hidden = end !== null
-    this.again.hidden = end === null
+    this.again.hidden = end === null || !this.mayTryAgain
   }
 }
 

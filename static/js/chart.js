@@ -1,7 +1,7 @@
 // chart.js — the learning curves: how far the arm's moves are from the answers, step by step.
 import { html, svg } from './element.js'
 
-/** @typedef {{name: string, title: string, curve: [number, number][]}} Series */
+/** @typedef {{title: string, curve: [number, number][]}} Series */
 
 const WIDTH = 520
 const HEIGHT = 150
@@ -37,7 +37,7 @@ export class LossChart {
 
   /** @param {Series[]} series */
   draw(series) {
-    const shown = series.filter(({ curve }) => curve.length > 0)
+    const shown = series.map((each, index) => ({ ...each, look: index === 0 ? '' : 'second' })).filter(({ curve }) => curve.length > 0)
     const extent = extentOf(shown)
     const x = (step) => LEFT + ((WIDTH - LEFT - RIGHT) * step) / extent.step
     const y = (loss) => HEIGHT - BOTTOM - ((HEIGHT - TOP - BOTTOM) * Math.max(0, loss)) / extent.loss
@@ -47,12 +47,12 @@ export class LossChart {
       svg('path', { class: 'chart-axis', d: `M${LEFT} ${TOP}V${base}H${WIDTH - RIGHT}` }),
       svg('text', { class: 'chart-words', x: LEFT, y: HEIGHT - 9 }, '0'),
       svg('text', { class: 'chart-words', x: WIDTH - RIGHT, y: HEIGHT - 9, 'text-anchor': 'end' }, `${extent.step} steps`),
-      ...shown.flatMap(({ name, title, curve }, index) => {
+      ...shown.flatMap(({ look, title, curve }, index) => {
         const [lastStep, lastLoss] = curve.at(-1)
         return [
-          svg('polyline', { class: `chart-line ${name}`, points: curve.map(([step, loss]) => `${x(step).toFixed(1)},${y(loss).toFixed(1)}`).join(' ') }),
-          svg('circle', { class: `chart-end ${name}`, cx: x(lastStep), cy: y(lastLoss), r: 3.5 }),
-          svg('text', { class: `chart-name ${name}`, x: x(lastStep) + 10, y: labels[index] + 5 }, title),
+          svg('polyline', { class: `chart-line ${look}`, points: curve.map(([step, loss]) => `${x(step).toFixed(1)},${y(loss).toFixed(1)}`).join(' ') }),
+          svg('circle', { class: `chart-end ${look}`, cx: x(lastStep), cy: y(lastLoss), r: 3.5 }),
+          svg('text', { class: 'chart-name', x: x(lastStep) + 10, y: labels[index] + 5 }, title),
         ]
       }))
     this.paper.setAttribute('aria-label', shown.map(({ title, curve }) => `${title}: from ${curve[0][1].toPrecision(2)} to ${curve.at(-1)[1].toPrecision(2)}`).join('; '))

@@ -26,6 +26,8 @@ export class DriveLink {
     /** @type {string | null} a drive that goes on, to be taken up again after a reload */
     this.wanted = null
     this.isRefused = false
+    /** Whether all is driven: a drive that is gone stays gone. */
+    this.isDone = false
     const { signal } = this.stop
     this.timer = setInterval(() => this.#say(), SAY_MS)
     live.addEventListener('status', () => this.#check(), { signal })
@@ -72,7 +74,7 @@ export class DriveLink {
   /** The server holds no drive (we just came, it was restarted, an hour went by): open one. */
   #check() {
     const isLost = this.live.status?.mode !== 'driving' && this.live.status?.has_stick
-    if (isLost && !this.isOpening && !this.isRefused && performance.now() - this.openedAt_ms > GRACE_MS) void this.open(this.strategy)
+    if (isLost && !this.isDone && !this.isOpening && !this.isRefused && performance.now() - this.openedAt_ms > GRACE_MS) void this.open(this.strategy)
   }
 
   #say() {

@@ -39,7 +39,7 @@ export class LearnedPanel {
     this.learned = learned
     const all = this.#snapshots()
     this.scale = all.length > 0 ? arrowScale(all) : 1
-    this.chart.draw(this.strategies.map(({ name, title }) => ({ name, title, curve: learned[name]?.curve ?? [] })))
+    this.chart.draw(this.strategies.map(({ name, title }) => ({ title, curve: learned[name]?.curve ?? [] })))
     const latest = MOMENTS.findLastIndex((_, index) => this.#has(index))
     this.#offer()
     for (const [name, plot] of this.plots) if (!learned[name]?.fields.length) plot.clear()

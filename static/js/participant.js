@@ -2,6 +2,7 @@
 import { Api } from './api.js'
 import { Banners } from './banners.js'
 import { Live } from './live.js'
+import { OnePress } from './one_press.js'
 import { Scene } from './scene.js'
 import { mountBlock } from './steps/block.js'
 import { mountConsent } from './steps/consent.js'
@@ -14,7 +15,7 @@ import { Visit } from './visit.js'
 import { Way } from './way.js'
 import { WithdrawDialog } from './withdraw_dialog.js'
 
-/** @typedef {{visit: Visit, live: Live, scene: Scene, banners: Banners, announce: (sentence: string) => void}} Context */
+/** @typedef {{visit: Visit, live: Live, scene: Scene, banners: Banners, announce: (sentence: string) => void, turn: () => void}} Context `turn` says that something else is on the page now */
 
 // What names ways of steering is fetched only by those who may hear of them.
 const MOUNTS = {
@@ -27,8 +28,8 @@ const MOUNTS = {
   questions: async () => mountQuestions,
   end: async () => mountEnd,
 }
-// Every task and every block is a new page; of questionnaires one goes over into the next.
-const ANEW = new Set(['queries', 'block'])
+// Of these there can be several, each a page of its own.
+const ANEW = new Set(['queries', 'training', 'block', 'questions'])
 const WITH_ARM = new Set(['queries', 'driving', 'block'])
 const LIVE = new Set(['queries', 'training', 'driving', 'block'])
 
@@ -40,8 +41,9 @@ const visit = new Visit(new Api(`${base}/api`), banners)
 const live = new Live(`${location.origin.replace(/^http/, 'ws')}${base}/live`, banners)
 const scene = new Scene(document.getElementById('stage'), `${base}/scene/`)
 const way = new Way(document.getElementById('way'))
+const press = new OnePress()
 /** @type {Context} */
-const context = { visit, live, scene, banners, announce: (sentence) => (announcer.textContent = sentence) }
+const context = { visit, live, scene, banners, announce: (sentence) => (announcer.textContent = sentence), turn: () => press.change() }
 
 let mounted = null
 let unmount = () => {}
@@ -65,6 +67,7 @@ async function follow({ step, key, way: stages, study }) {
   const mount = await MOUNTS[step]()
   if (mounted !== name) return // meanwhile the person is somewhere else
   unmount = mount(root, context)
+  context.turn()
   scrollTo(0, 0)
   // Who reads with a screen reader hears the new step's heading.
   if (!isFirst) root.querySelector('h1')?.focus({ preventScroll: true })

@@ -20,6 +20,7 @@ export class StickPad {
     this.isOn = true
     this.timer = 0
     this.shown = ''
+    this.sentence = ''
     this.stem = svg('line', { class: 'pad-stem', x1: 0, y1: 0, x2: 0, y2: 0 })
     this.knob = svg('g', {},
       svg('circle', { class: 'pad-knob', r: 0.2 }),
@@ -27,8 +28,9 @@ export class StickPad {
       svg('path', { class: 'pad-tick', d: 'M-0.08 0.01-0.02 0.07 0.09-0.06' }))
     const hintId = `${name}-hint`
     this.pad = html('div', {
-      class: 'pad', 'data-testid': name, 'data-state': 'empty', role: 'application', tabindex: 0,
+      class: 'pad', 'data-testid': name, 'data-state': 'empty', role: 'slider', tabindex: 0,
       'aria-roledescription': 'joystick', 'aria-label': label, 'aria-describedby': hintId,
+      'aria-valuemin': 0, 'aria-valuemax': 100, 'aria-valuenow': 0, 'aria-valuetext': 'in the middle',
       onpointerdown: (event) => this.#begin(event),
       onpointermove: (event) => this.#follow(event),
       onpointerup: (event) => this.#end(event),
@@ -94,12 +96,17 @@ export class StickPad {
   }
 
   #say(h) {
-    if (this.says === null) return
     const sentence = h === null ? 'Nothing marked yet' : inWords(h)
-    if (this.words.textContent === sentence) return
-    this.words.textContent = sentence
+    if (sentence === this.sentence) return
+    this.sentence = sentence
+    if (this.says !== null) this.words.textContent = sentence
     clearTimeout(this.timer)
-    this.timer = setTimeout(() => (this.spoken.textContent = `${this.says} ${sentence}.`), REST_MS)
+    this.timer = setTimeout(() => {
+      this.pad.setAttribute('aria-valuenow', String(Math.round(100 * deflection(h ?? CENTRE))))
+      this.pad.setAttribute('aria-valuetext', sentence)
+      // Who has the stick in focus hears its value already.
+      if (this.says !== null && document.activeElement !== this.pad) this.spoken.textContent = `${this.says} ${sentence}.`
+    }, REST_MS)
   }
 
   #at(event) {

@@ -22,7 +22,10 @@ function draw(person) {
     'Consented': person.events.find(({ kind }) => kind === 'consent') ? moment(person.events.find(({ kind }) => kind === 'consent').at) : 'not yet',
     Seen: moment(person.seen_at),
   }
-  for (const [task, { pairs, mean_angle_deg }] of Object.entries(person.consistency)) facts[`Consistency, ${task}`] = `${mean_angle_deg}° over ${counted(pairs, 'move')} asked twice`
+  for (const [task, { pairs, mean_angle_deg, mean_length_difference }] of Object.entries(person.consistency)) {
+    const turn = mean_angle_deg === null ? '' : `${mean_angle_deg}° and `
+    facts[`Consistency, ${task}`] = `${turn}${mean_length_difference} of the stick's way apart over ${counted(pairs, 'move')} asked twice`
+  }
   at('facts').replaceChildren(...Object.entries(facts).flatMap(([name, value]) => [html('dt', {}, name), html('dd', {}, value)]))
   at('answers').replaceChildren(person.answers_given.length === 0 ? html('p', { class: 'quiet' }, 'Nothing was answered yet.') : html('ul', { class: 'cards' }, person.answers_given.map(answer)))
   at('trainings').replaceChildren(...(person.trainings.length === 0 ? [html('p', { class: 'quiet' }, 'Nothing was learned yet.')] : person.trainings.map(training)))

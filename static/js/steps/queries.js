@@ -14,9 +14,10 @@ export function mountQueries(root, context) {
 }
 
 class QueriesStep {
-  constructor(root, { visit, live, scene, announce }) {
+  constructor(root, { visit, live, scene, announce, turn }) {
     this.visit = visit
     this.announce = announce
+    this.turn = turn
     this.saver = new AnswerSaver(visit.api)
     this.stop = new AbortController()
     this.mark = new AnswerMark()
@@ -63,6 +64,7 @@ class QueriesStep {
   choose(index) {
     if (this.isBusy || index === this.index) return
     this.index = index
+    this.turn()
     const h = this.query.answer?.h ?? null
     this.mark.set(h && { x: h[0], y: h[1] })
     this.inputs.letGo()

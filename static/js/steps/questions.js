@@ -1,46 +1,31 @@
 // questions.js — a questionnaire: every item is answered or declined, and nothing typed is lost by a reload.
+import { Draft, optionsOf } from '../draft.js'
 import { html } from '../element.js'
-import { newId } from '../ids.js'
 
-/** @typedef {{key: string, kind: 'scale' | 'choice' | 'text' | 'strategy', text: string, low: number, high: number, step: number, low_label: string, high_label: string, choices: string[]}} Item */
-/** @typedef {{id: string, given: Record<string, {value: number | string | null, answered_at: string}>}} Draft */
+/** @typedef {import('../draft.js').Item} Item */
 
-const ORDINALS = ['First', 'Second', 'Third', 'Fourth', 'Fifth', 'Sixth', 'Seventh', 'Eighth', 'Ninth']
+// So many marks stand in one row of their own, with their numbers left to the ends and the middle.
+const MANY = 11
 
 /** @param {HTMLElement} root @param {import('../participant.js').Context} context @returns {() => void} unmount */
 export function mountQuestions(root, context) {
-  let step = new QuestionsStep(root, context)
-  // The next questionnaire is of the same kind of step.
-  const unwatch = context.visit.watch((session) => {
-    if (session.step !== 'questions' || session.key === step.key) return
-    step.close()
-    root.replaceChildren()
-    step = new QuestionsStep(root, context)
-    scrollTo(0, 0)
-    root.querySelector('h1')?.focus({ preventScroll: true })
-  })
-  return () => {
-    unwatch()
-    step.close()
-  }
+  const step = new QuestionsStep(root, context)
+  return () => step.close()
 }
 
 class QuestionsStep {
   constructor(root, { visit }) {
     this.visit = visit
-    this.key = visit.session.key
-    this.place = `joymap:${location.pathname}:${this.key}`
+    const { key, questions: { questionnaire, about, ways } } = visit.session
+    this.draft = new Draft(questionnaire.items, key, visit.api.base)
     this.stop = new AbortController()
-    const { questionnaire, about, ways } = visit.session.questions
-    this.items = questionnaire.items
-    /** @type {Draft} */
-    this.draft = this.#kept() ?? { id: newId(), given: {} }
-    this.fields = new Map(this.items.map((item) => [item.key, this.#field(item, ways)]))
+    this.fields = new Map(questionnaire.items.map((item, index) => [item.key, this.#field(item, index, ways)]))
     this.state = html('p', { class: 'quiet', role: 'status', 'data-testid': 'questions-state' })
     this.button = html('button', { class: 'button primary large', type: 'submit', 'data-testid': 'send' }, 'Continue')
     root.append(html('form', { class: 'questions', novalidate: true, onsubmit: (event) => this.#send(event) },
-      about && html('p', { class: 'quiet' }, about),
-      html('h1', { tabindex: -1 }, questionnaire.title),
+      html('div', {},
+        about && html('p', { class: 'quiet' }, about),
+        html('h1', { tabindex: -1 }, questionnaire.title)),
       questionnaire.intro && html('p', {}, questionnaire.intro),
       [...this.fields.values()],
       html('div', { class: 'consent-end' }, this.button, this.state)))
@@ -50,91 +35,86 @@ class QuestionsStep {
     this.stop.abort()
   }
 
-  /** @param {Item} item @param {number} ways */
-  #field(item, ways) {
-    const given = this.draft.given[item.key]
-    const options = this.#options(item, ways)
-    const decline = html('label', { class: 'decline' },
-      this.#radio(item, 'decline', given !== undefined && given.value === null, () => this.#give(item, null)), 'I’d rather not say')
-    const answer = options === null
-      ? this.#words(item, typeof given?.value === 'string' ? given.value : '')
-      : html('div', { class: item.kind === 'scale' ? 'scale' : 'choices', style: null },
-        item.kind === 'scale' && html('span', { class: 'scale-end' }, item.low_label),
-        options.map(({ value, title }) => html('label', { class: 'option' }, this.#radio(item, String(value), given?.value === value, () => this.#give(item, value)), html('span', {}, title))),
-        item.kind === 'scale' && html('span', { class: 'scale-end' }, item.high_label))
-    return html('fieldset', { class: 'item', 'data-item': item.key }, html('legend', {}, item.text), answer, decline)
+  /** @param {Item} item @param {number} index @param {number} ways */
+  #field(item, index, ways) {
+    const options = optionsOf(item, ways)
+    const openId = `item-${index}-open`
+    const field = html('fieldset', { class: 'item', 'data-item': item.key, 'aria-describedby': openId },
+      html('legend', {}, item.text),
+      options === null ? this.#words(item) : item.kind === 'scale' ? this.#scale(item, options) : this.#choices(item, options),
+      html('label', { class: 'decline' }, this.#radio(item, null), 'I’d rather not say'),
+      html('p', { class: 'item-open', id: openId, hidden: true }, 'Please answer, or say that you would rather not.'))
+    return field
   }
 
-  #options(item, ways) {
-    if (item.kind === 'choice') return item.choices.map((title) => ({ value: title, title }))
-    if (item.kind === 'strategy') return Array.from({ length: ways }, (_, index) => ({ value: index + 1, title: `${ORDINALS[index] ?? index + 1} way` }))
-    if (item.kind === 'text') return null
-    const count = Math.floor((item.high - item.low) / item.step) + 1
-    return Array.from({ length: count }, (_, index) => item.low + index * item.step).map((value) => ({ value, title: String(value) }))
+  #scale(item, options) {
+    const isMany = options.length > MANY
+    return html('div', { class: 'scale', 'data-many': isMany },
+      html('span', { class: 'scale-end', 'aria-hidden': 'true' }, item.low_label),
+      html('div', { class: 'scale-marks' }, options.map(({ value, title, end }, index) => {
+        const isSaid = !isMany || index % 10 === 0
+        // What the ends mean is heard with their numbers.
+        return html('label', { class: 'option', title: isSaid ? null : title }, this.#radio(item, value),
+          html('span', { class: isSaid ? null : 'unseen' }, title), end && html('span', { class: 'unseen' }, `, ${end}`))
+      })),
+      html('span', { class: 'scale-end', 'aria-hidden': 'true' }, item.high_label))
   }
 
-  #radio(item, value, checked, onChoose) {
-    return html('input', { type: 'radio', name: item.key, value, checked, onchange: onChoose })
+  #choices(item, options) {
+    return html('div', { class: 'choices' }, options.map(({ value, title }) => html('label', { class: 'option' }, this.#radio(item, value), html('span', {}, title))))
   }
 
-  #words(item, text) {
+  #radio(item, value) {
+    return html('input', { type: 'radio', name: item.key, value: value ?? 'decline', checked: this.draft.valueOf(item) === value, 'data-decline': value === null, onchange: () => this.#give(item, value) })
+  }
+
+  #words(item) {
     const area = /** @type {HTMLTextAreaElement} */ (html('textarea', { rows: 3, maxlength: 5000, 'aria-label': item.text, oninput: () => {
-      if (area.value.trim()) this.#give(item, area.value)
-      else this.#take(item)
-      this.fields.get(item.key).querySelector('input[value=decline]').checked = false
+      const words = area.value
+      this.fields.get(item.key).querySelector('[data-decline]').checked = false
+      if (words.trim()) this.#give(item, words)
+      else this.draft.take(item)
     } }))
-    area.value = text
+    area.value = String(this.draft.valueOf(item) ?? '')
     return area
   }
 
   #give(item, value) {
-    this.draft.given[item.key] = { value, answered_at: new Date().toISOString() }
-    this.fields.get(item.key)?.removeAttribute('data-missing')
-    if (item.kind === 'text' && value === null) this.fields.get(item.key).querySelector('textarea').value = ''
-    this.#keep()
+    this.draft.give(item, value)
+    const field = this.fields.get(item.key)
+    delete field.dataset.missing
+    field.querySelector('.item-open').hidden = true
+    if (item.kind === 'text' && value === null) field.querySelector('textarea').value = ''
+    if (this.state.dataset.open) this.#say()
   }
 
-  #take(item) {
-    delete this.draft.given[item.key]
-    this.#keep()
-  }
-
-  #keep() {
-    try {
-      sessionStorage.setItem(this.place, JSON.stringify(this.draft))
-    } catch {
-      // A full or forbidden store: the draft then lives as long as the page.
-    }
-  }
-
-  #kept() {
-    try {
-      return JSON.parse(sessionStorage.getItem(this.place) ?? 'null')
-    } catch {
-      return null
-    }
+  /** Which items are open still. */
+  #say() {
+    const { open } = this.draft
+    this.state.dataset.open = String(open.length || '')
+    if (open.length === 0) this.state.textContent = ''
+    else this.state.textContent = open.length === 1 ? `Still open: “${open[0].text}”` : `${open.length} questions are still open, first: “${open[0].text}”`
   }
 
   async #send(event) {
     event.preventDefault()
-    const missing = this.items.filter(({ key }) => this.draft.given[key] === undefined)
-    if (missing.length > 0) {
-      for (const { key } of missing) this.fields.get(key).dataset.missing = 'true'
-      this.state.textContent = missing.length === 1 ? 'One question is still open.' : `${missing.length} questions are still open.`
-      this.fields.get(missing[0].key).querySelector('input, textarea').focus()
+    const { open } = this.draft
+    for (const { key } of open) {
+      this.fields.get(key).dataset.missing = 'true'
+      this.fields.get(key).querySelector('.item-open').hidden = false
+    }
+    if (open.length > 0) {
+      this.#say()
+      this.fields.get(open[0].key).querySelector('input, textarea').focus()
       return
     }
+    if (this.button.disabled) return
     this.button.disabled = true
     this.state.textContent = 'One moment…'
-    const responses = this.items.map(({ key }) => ({ item: key, ...this.draft.given[key] }))
     const { signal } = this.stop
     try {
-      const session = await this.visit.api.postSurely('questions', { id: this.draft.id, key: this.key, responses }, { signal, onTrouble: () => (this.state.textContent = 'Not saved yet, trying again…') })
-      try {
-        sessionStorage.removeItem(this.place)
-      } catch {
-        // Nothing was kept there.
-      }
+      const session = await this.visit.api.postSurely('questions', this.draft.body, { signal, onTrouble: () => (this.state.textContent = 'Not saved yet, trying again…') })
+      this.draft.forget()
       this.visit.adopt(session)
     } catch (error) {
       if (signal.aborted) return

@@ -32,7 +32,7 @@ export function mountWaiting(root, { visit, banners }) {
           return
         }
         if (training.state === 'succeeded') {
-          state.textContent = 'It is ready. Next you drive the arm, in several ways of steering, one after the other.'
+          state.textContent = 'It is ready. Next you drive the arm.'
           drive.disabled = false
           return
         }
