@@ -1,33 +1,87 @@
-"""A study's data, as a download."""
+"""A study's data, as a download that is sent while it is made."""
 
-import tempfile
-from pathlib import Path
+import asyncio
+import os
+import sys
+from collections.abc import AsyncGenerator
+from contextlib import suppress
+from typing import Literal
 
 from fastapi import APIRouter, Depends
-from fastapi.responses import FileResponse
-from starlette.background import BackgroundTask
+from fastapi.responses import StreamingResponse
 
 from app.routers.dependencies import Assistant, Here, same_origin
-from app.services import exports
+from app.routers.descriptions import MISSING, REFUSED, name_of
+from app.services import audit, studies
 
-router = APIRouter(prefix="/api/v1", dependencies=[Depends(same_origin)], tags=["export"])
+router = APIRouter(
+    prefix="/api/v1",
+    dependencies=[Depends(same_origin)],
+    tags=["export"],
+    generate_unique_id_function=name_of,
+    responses=REFUSED | MISSING,
+)
+
+_BYTES = {"type": "string", "format": "binary"}
+_BLOCK = 1 << 16
+_NICE = 10
+_PATIENCE_S = 60.0  # with a browser that takes nothing: the export holds the data as they are
 
 
-@router.get("/studies/{study_id}/export", response_class=FileResponse)
-def export(study_id: str, me: Assistant, here: Here, with_excluded: bool = True) -> FileResponse:
+@router.get(
+    "/studies/{study_id}/export",
+    response_class=StreamingResponse,
+    responses={200: {"content": {"application/zip": {"schema": _BYTES}}}},
+)
+def export(
+    study_id: str,
+    me: Assistant,
+    here: Here,
+    format: Literal["zip"] = "zip",
+    with_excluded: bool = True,
+    with_lerobot: bool = True,
+) -> StreamingResponse:
     """Everything a study gave, as a zip; see docs/export.md."""
-    del me
-    folder = tempfile.TemporaryDirectory(prefix="joymap-export-")
-    file = Path(folder.name) / "export.zip"
-    try:
-        with here.database.read() as db:
-            exports.write(db, study_id, file, with_excluded=with_excluded)
-    except BaseException:
-        folder.cleanup()
-        raise
-    return FileResponse(
-        file,
+    with here.database.write() as db:
+        study = studies.find(db, study_id)
+        audit.note(db, me.id, "study.export", study.id, with_excluded=with_excluded)
+    options = ["--out", "-", "--format", format]
+    options += [] if with_excluded else ["--without-excluded"]
+    options += [] if with_lerobot else ["--no-lerobot"]
+    # In a process of its own: the control loop must not wait for it.
+    command = [sys.executable, "-m", "app.cli", "export", *options, "--", study_id]
+    settings = {
+        "JOYMAP_DATA_DIR": str(here.settings.data_dir),
+        "JOYMAP_TELEOP_RATE_HZ": str(here.settings.teleop_rate_hz),
+    }
+    name = f"joymap-{study_id.split('-', maxsplit=1)[0]}.zip"
+    return StreamingResponse(
+        _output(command, os.environ | settings),
         media_type="application/zip",
-        filename=f"joymap-{study_id.split('-', maxsplit=1)[0]}.zip",
-        background=BackgroundTask(folder.cleanup),
+        headers={"Content-Disposition": f'attachment; filename="{name}"'},
     )
+
+
+async def _output(command: list[str], environment: dict[str, str]) -> AsyncGenerator[bytes]:
+    """What a program writes; it ends with whoever takes it."""
+    process = await asyncio.create_subprocess_exec(
+        *command, stdout=asyncio.subprocess.PIPE, env=environment, limit=_BLOCK
+    )
+    assert process.stdout is not None
+    with suppress(ProcessLookupError):  # over already
+        # Whoever waits for the robot comes first.
+        os.setpriority(os.PRIO_PROCESS, process.pid, _NICE)
+    try:
+        while block := await process.stdout.read(_BLOCK):
+            patience = asyncio.get_running_loop().call_later(_PATIENCE_S, process.kill)
+            try:
+                yield block
+            finally:
+                patience.cancel()
+        if await process.wait() != 0:
+            # What was sent is not whole; breaking off lets the browser know.
+            raise RuntimeError(f"The export ended with {process.returncode}.")
+    finally:
+        with suppress(ProcessLookupError):
+            process.kill()
+        await process.wait()

@@ -1,7 +1,7 @@
-"""A study's tables, row by row, as they leave the house: tidy, with names, units and no secrets.
+"""A study's tables, row by row, as they leave the house: tidy, and without secrets.
 
-Who withdrew is left out; who was excluded is marked. Participants are called by the pseudonyms that
-:class:`Names` makes for one export.
+Participants, queries, drives and all else with an id are called by the pseudonyms that
+:class:`Names` makes for one export. The columns are described in :mod:`app.analysis.codebook`.
 """
 
 import hashlib
@@ -11,43 +11,27 @@ import secrets
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from datetime import datetime
+from itertools import groupby
 from typing import Any
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.services import flow, records
+from app.analysis.codebook import MEASURES
+from app.services import flow, protocols, questionnaires, records
 from app.services.records import NothingRecorded
+from app.storage import drives, participants
 from app.storage.tables import (
+    AlignmentRow,
     AnswerRow,
-    DriveRow,
     EventRow,
     JobRow,
     ParticipantRow,
     QueryRow,
     ResponseRow,
-    SampleChunkRow,
 )
-from app.storage.ticks import COLUMNS, unpack
 
 TableRow = dict[str, Any]
-
-
-@dataclass(frozen=True)
-class Column:
-    """A column of a table.
-
-    Attributes:
-        name: As in the files.
-        kind: "text", "integer", "number", "boolean" or "time".
-        unit: Of a number; "" if it has none.
-        says: What it is.
-    """
-
-    name: str
-    kind: str
-    unit: str
-    says: str
 
 
 @dataclass(frozen=True)
@@ -60,119 +44,28 @@ class Names:
         """What a participant, query or drive is called."""
         return hmac.new(self.key, real.encode(), hashlib.sha256).hexdigest()[:16]
 
+    def of_any(self, real: str | None) -> str | None:
+        """The same, of what there may be none of."""
+        return None if real is None else self.of(real)
 
-_WHO = Column("participant", "text", "", "pseudonym of the participant, made for this export")
-_TASK = Column("task", "text", "", "the robot task")
-_SAMPLE_COLUMNS = (
-    Column("monotonic_s", "number", "s", "the server's monotonic clock"),
-    Column("raw_x", "number", "1", "stick as the page sent it, right is positive, in [-1, 1]"),
-    Column("raw_y", "number", "1", "stick as the page sent it, up is positive, in [-1, 1]"),
-    Column("h_x", "number", "1", "stick as the alignment got it, right is positive, in [-1, 1]"),
-    Column("h_y", "number", "1", "stick as the alignment got it, up is positive, in [-1, 1]"),
-    *(Column(f"z_{i}", "number", "1", f"latent action {i}") for i in (1, 2)),
-    *(Column(f"a_{j}", "number", "rad/s", f"velocity asked of joint {j}") for j in range(1, 8)),
-    *(Column(f"q_{j}", "number", "rad", f"position of joint {j}") for j in range(1, 8)),
-    *(Column(f"hand_{x}", "number", "m", f"hand along {x} of the base") for x in "xyz"),
-    *(Column(f"hand_q{i}", "number", "1", f"hand's unit quaternion, {i}") for i in "wxyz"),
-    Column("hold", "number", "", "0 moved, 1 released, 2 silent, 3 edge, 4 homing, 5 by itself"),
-    Column("touching", "number", "", "1 while arm or hand touch the obstacle, else 0"),
-)
 
-TABLES: dict[str, tuple[Column, ...]] = {
-    "participants": (
-        _WHO,
-        Column("state", "text", "", "active, completed or abandoned"),
-        Column("excluded", "text", "", "why the data are to be left out; empty: they are not"),
-        Column("protocol_version", "integer", "", "the version they took part under"),
-        Column("cell", "integer", "", "which of the design's orders they got"),
-        Column("order", "text", "", "the strategies in their order, joined by >"),
-        Column("step", "text", "", "the key of the step they reached"),
-        Column("place", "integer", "", "the number of that step, from 0"),
-        Column("enrolled_at", "time", "", "when they were enrolled, UTC"),
-        Column("ended_at", "time", "", "when they were done, UTC"),
-        Column("stick_settings", "text", "", "how their stick was set, JSON; empty: as it comes"),
-    ),
-    "events": (
-        _WHO,
-        Column("event", "text", "", "the key of the step they left, or stick, moved-cell"),
-        Column("at", "time", "", "the server's time, UTC"),
-        Column("detail", "text", "", "JSON; of a consent the names of text and protocol"),
-    ),
-    "queries": (
-        _WHO,
-        Column("query", "text", "", "pseudonym of the query"),
-        _TASK,
-        Column("position", "integer", "", "the order of asking, from 1"),
-        Column("repeats", "text", "", "the query that it asks once more; empty: it is new"),
-        *(Column(f"s_{j}", "number", "rad", f"joint {j} before the move") for j in range(1, 8)),
-        *(Column(f"z_{i}", "number", "1", f"latent action {i}, held") for i in (1, 2)),
-        *(Column(f"s_star_{j}", "number", "rad", f"joint {j} 0.1 s later") for j in range(1, 8)),
-    ),
-    "answers": (
-        _WHO,
-        Column("query", "text", "", "pseudonym of the query"),
-        _TASK,
-        Column("position", "integer", "", "the query's place in the order of asking"),
-        Column("h_x", "number", "1", "stick to the right, in [-1, 1]; empty: they could not say"),
-        Column("h_y", "number", "1", "stick up, in [-1, 1]; empty: they could not say"),
-        Column("thinking_time_s", "number", "s", "by the page's clock"),
-        Column("answered_at", "time", "", "the server's time, UTC"),
-        Column("counts", "boolean", "", "whether it is the last one given for its query"),
-    ),
-    "trainings": (
-        _WHO,
-        _TASK,
-        Column("state", "text", "", "queued, running, succeeded or failed"),
-        Column("attempts", "integer", "", "how often a worker began it"),
-        Column("training_s", "number", "s", "how long it took"),
-        Column("data_hash", "text", "", "SHA-256 of all that it learned from"),
-        Column("queued_at", "time", "", "UTC"),
-    ),
-    "drives": (
-        _WHO,
-        Column("drive", "text", "", "pseudonym of the drive"),
-        _TASK,
-        Column("step", "text", "", "the key of the block"),
-        Column("strategy", "text", "", "the strategy driven under"),
-        Column("started_at", "time", "", "the server's time, UTC"),
-        Column("end", "text", "", "done, given up, time limit, switched, left or server stopped"),
-        Column("ticks", "integer", "", "how many samples were recorded"),
-        Column("is_success", "boolean", "", "whether the task was achieved; empty: it has no goal"),
-        Column("fraction", "number", "1", "how far the task was, from 0 to 1"),
-        Column("completion_time_s", "number", "s", "from its first sample to its last"),
-        Column("path_length_m", "number", "m", "how far the hand went"),
-        Column("undo_share", "number", "1", "share of the time with the stick turned back"),
-        Column("idle_time_s", "number", "s", "time with the stick let go"),
-        Column("evenness", "number", "1", "how evenly the stick's directions were used"),
-        Column("touches", "integer", "", "touches of the obstacle; empty: there is none"),
-        Column("spills", "integer", "", "beads beside every vessel; empty: there are none"),
-    ),
-    "responses": (
-        _WHO,
-        Column("step", "text", "", "the key of the questionnaire's step"),
-        _TASK,
-        Column("way", "integer", "", "which way of steering it is about; empty: the whole task"),
-        Column("strategy", "text", "", "the strategy of that way"),
-        Column("questionnaire", "text", "", "its name"),
-        Column("item", "text", "", "the item's key"),
-        Column("value", "text", "", "a number, or words; empty: declined"),
-        Column("is_declined", "boolean", "", "whether they would rather not say"),
-        Column("answered_at", "time", "", "by the page's clock, UTC"),
-        Column("received_at", "time", "", "by the server's clock, UTC"),
-    ),
-    "samples": (
-        _WHO,
-        Column("drive", "text", "", "pseudonym of the drive"),
-        _TASK,
-        Column("strategy", "text", "", "the strategy driven under"),
-        Column("tick", "integer", "", "the number of the sample in its drive, from 0"),
-        *_SAMPLE_COLUMNS,
-    ),
-}
+@dataclass(frozen=True)
+class Source:
+    """Where the rows come from.
+
+    Attributes:
+        db: One read transaction: every table is of the same moment.
+        names: Of this export.
+        measured: The measures of drives, by the real id, as far as they are worked out.
+    """
+
+    db: Session
+    names: Names = field(default_factory=Names)
+    measured: dict[str, TableRow] = field(default_factory=dict)
 
 
 def people(db: Session, study_id: str, with_excluded: bool = True) -> list[ParticipantRow]:
-    """Whose data leave: everyone but those who withdrew."""
+    """Whose data leave: everyone but those who withdrew, in the order in which they came."""
     rows = db.scalars(
         select(ParticipantRow)
         .where(ParticipantRow.study_id == study_id, ParticipantRow.state != "withdrawn")
@@ -181,16 +74,15 @@ def people(db: Session, study_id: str, with_excluded: bool = True) -> list[Parti
     return [row for row in rows if with_excluded or row.excluded is None]
 
 
-def rows_of(db: Session, table: str, who: ParticipantRow, names: Names) -> Iterator[TableRow]:
+def rows_of(source: Source, table: str, who: ParticipantRow) -> Iterator[TableRow]:
     """One participant's rows of a table, in order."""
-    name = {"participant": names.of(who.id)}
-    for row in _ROWS[table](db, who, names):
+    name = {"participant": source.names.of(who.id)}
+    for row in _ROWS[table](source, who):
         yield name | row
 
 
-def _participants(db: Session, who: ParticipantRow, names: Names) -> Iterator[TableRow]:
-    del names
-    at = flow.here(db, who)
+def _participants(source: Source, who: ParticipantRow) -> Iterator[TableRow]:
+    at = flow.here(source.db, who)
     yield {
         "state": who.state,
         "excluded": who.excluded,
@@ -201,37 +93,46 @@ def _participants(db: Session, who: ParticipantRow, names: Names) -> Iterator[Ta
         "place": at.place,
         "enrolled_at": _iso(who.created_at),
         "ended_at": _iso(who.ended_at),
-        "stick_settings": None if who.stick is None else json.dumps(who.stick, sort_keys=True),
+        "stick_settings": None if who.stick is None else _json(who.stick),
     }
 
 
-def _events(db: Session, who: ParticipantRow, names: Names) -> Iterator[TableRow]:
-    del names
-    for row in _all(db, EventRow, who.id, EventRow.at):
-        detail = json.dumps(row.detail, sort_keys=True)
-        yield {"event": row.kind, "at": _iso(row.at), "detail": detail}
+def _consents(source: Source, who: ParticipantRow) -> Iterator[TableRow]:
+    for row in _all(source, EventRow, who, EventRow.at, EventRow.id):
+        if row.kind == "consent":
+            yield {
+                "agreed_at": _iso(row.at),
+                "protocol_version": row.detail.get("protocol"),
+                "text_version": row.detail.get("version"),
+            }
 
 
-def _queries(db: Session, who: ParticipantRow, names: Names) -> Iterator[TableRow]:
-    for row in _all(db, QueryRow, who.id, QueryRow.task, QueryRow.position):
+def _events(source: Source, who: ParticipantRow) -> Iterator[TableRow]:
+    for row in _all(source, EventRow, who, EventRow.at, EventRow.id):
+        yield {"event": row.kind, "at": _iso(row.at), "detail": _json(row.detail)}
+
+
+def _queries(source: Source, who: ParticipantRow) -> Iterator[TableRow]:
+    for row in _all(source, QueryRow, who, QueryRow.task, QueryRow.position):
         yield {
-            "query": names.of(row.id),
+            "query": source.names.of(row.id),
             "task": row.task,
             "position": row.position,
-            "repeats": None if row.repeats is None else names.of(row.repeats),
+            "repeats": source.names.of_any(row.repeats),
             **{f"s_{j}": value for j, value in enumerate(row.s, start=1)},
             **{f"z_{i}": value for i, value in enumerate(row.z, start=1)},
             **{f"s_star_{j}": value for j, value in enumerate(row.next_s, start=1)},
+            "hand_path": _json(row.hand_path),
         }
 
 
-def _answers(db: Session, who: ParticipantRow, names: Names) -> Iterator[TableRow]:
-    asked = {row.id: row for row in _all(db, QueryRow, who.id, QueryRow.position)}
-    given = _all(db, AnswerRow, who.id, AnswerRow.sequence)
+def _answers(source: Source, who: ParticipantRow) -> Iterator[TableRow]:
+    asked = {row.id: row for row in _all(source, QueryRow, who, QueryRow.position)}
+    given = _all(source, AnswerRow, who, AnswerRow.sequence)
     last = {row.query_id: row.sequence for row in given}
     for row in given:
         yield {
-            "query": names.of(row.query_id),
+            "query": source.names.of(row.query_id),
             "task": asked[row.query_id].task,
             "position": asked[row.query_id].position,
             "h_x": row.h_x,
@@ -242,94 +143,145 @@ def _answers(db: Session, who: ParticipantRow, names: Names) -> Iterator[TableRo
         }
 
 
-def _trainings(db: Session, who: ParticipantRow, names: Names) -> Iterator[TableRow]:
-    del names
-    for row in _all(db, JobRow, who.id, JobRow.queued_at):
+def _trainings(source: Source, who: ParticipantRow) -> Iterator[TableRow]:
+    for row in _all(source, JobRow, who, JobRow.queued_at, JobRow.id):
         yield {
+            "training": source.names.of(row.id),
             "task": row.task,
             "state": row.state,
             "attempts": row.attempt,
             "training_s": row.training_s,
             "data_hash": row.data_hash,
             "queued_at": _iso(row.queued_at),
+            "ended_at": _iso(row.ended_at),
         }
 
 
-def _drives(db: Session, who: ParticipantRow, names: Names) -> Iterator[TableRow]:
-    for row in _all(db, DriveRow, who.id, DriveRow.started_at):
+def _alignments(source: Source, who: ParticipantRow) -> Iterator[TableRow]:
+    for row in _all(source, AlignmentRow, who, AlignmentRow.trained_at, AlignmentRow.id):
+        yield {
+            "alignment": source.names.of(row.id),
+            "training": source.names.of(row.job_id),
+            "task": row.task,
+            "strategy": row.strategy,
+            "settings": _json(row.settings),
+            "data_hash": row.data_hash,
+            "controller_hash": row.controller_hash,
+            "weights_sha256": row.weights_sha256,
+            "code_version": row.code_version,
+            "trained_at": _iso(row.trained_at),
+        }
+
+
+def _drives(source: Source, who: ParticipantRow) -> Iterator[TableRow]:
+    at = flow.here(source.db, who)
+    for row in drives.of_participant(source.db, who.id):
+        if row.id not in source.measured:
+            source.measured[row.id] = _measures(source.db, row.id)
+        step = at.block(row.step)
         outcome = row.outcome or {}
-        line = {
-            "drive": names.of(row.id),
+        yield {
+            "drive": source.names.of(row.id),
             "task": row.task,
             "step": row.step,
+            "way": None if step is None else step.position,
             "strategy": row.strategy,
+            "alignment": source.names.of_any(row.alignment_id),
             "started_at": _iso(row.started_at),
+            "ended_at": _iso(row.ended_at),
             "end": row.end,
-            "ticks": 0,
-            "is_success": outcome.get("is_success"),
             "fraction": outcome.get("fraction"),
+            **source.measured[row.id],
         }
-        try:
-            record = records.read(db, row.id)
-        except NothingRecorded:
-            yield line
-            continue
-        measures = asdict(record.measures())
-        wanted = {column.name for column in TABLES["drives"]}
-        line |= {key: value for key, value in measures.items() if key in wanted}
-        line["ticks"] = len(record.rows)
-        yield line
 
 
-def _responses(db: Session, who: ParticipantRow, names: Names) -> Iterator[TableRow]:
-    del names
-    at = flow.here(db, who)
-    for row in _all(db, ResponseRow, who.id, ResponseRow.id):
-        step = at.block(row.step)
-        way = None if step is None else step.position
-        value = None if row.value is None else json.loads(row.value)
+def _measures(db: Session, drive_id: str) -> TableRow:
+    try:
+        record = records.read(db, drive_id)
+    except NothingRecorded:
+        return {"ticks": 0}
+    measures = asdict(record.measures())
+    measures["counts"] = _json(measures["counts"]) if measures["counts"] else None
+    row = {column.name: measures[column.name] for column in MEASURES}
+    return row | {"ticks": len(record.rows)}
+
+
+def _responses(source: Source, who: ParticipantRow) -> Iterator[TableRow]:
+    at = flow.here(source.db, who)
+    for row in _all(source, ResponseRow, who, ResponseRow.id):
+        value: int | str | None = None if row.value is None else json.loads(row.value)
+        number = value if isinstance(value, int) else None
+        questionnaire = protocols.find_questionnaire(at.protocol, row.questionnaire)
+        items = () if questionnaire is None else questionnaire.items
+        is_choice = any(item.key == row.item and item.kind == "strategy" for item in items)
         yield {
-            "step": row.step,
-            "task": None if step is None else step.task,
-            "way": way,
-            "strategy": None if way is None else at.order[way - 1],
+            **_about(at, row.step),
             "questionnaire": row.questionnaire,
             "item": row.item,
             "value": None if value is None else str(value),
+            "number": None if is_choice else number,
+            "chosen": at.order[number - 1] if is_choice and number is not None else None,
             "is_declined": value is None,
             "answered_at": _iso(row.answered_at),
             "received_at": _iso(row.received_at),
         }
 
 
-def _samples(db: Session, who: ParticipantRow, names: Names) -> Iterator[TableRow]:
-    for drive in _all(db, DriveRow, who.id, DriveRow.started_at):
-        line = {"drive": names.of(drive.id), "task": drive.task, "strategy": drive.strategy}
-        chunks = db.scalars(
-            select(SampleChunkRow)
-            .where(SampleChunkRow.drive_id == drive.id)
-            .order_by(SampleChunkRow.first_tick)
-        )
-        for chunk in chunks:
-            for tick, values in enumerate(unpack(chunk.samples).tolist(), start=chunk.first_tick):
-                yield line | {"tick": tick} | dict(zip(COLUMNS, values, strict=True))
+def _scores(source: Source, who: ParticipantRow) -> Iterator[TableRow]:
+    at = flow.here(source.db, who)
+    rows = _all(source, ResponseRow, who, ResponseRow.id)
+    for (step, name), given in groupby(rows, key=lambda row: (row.step, row.questionnaire)):
+        # A study's own questionnaire may bear the name of a published one.
+        if protocols.find_questionnaire(at.protocol, name) != questionnaires.LIBRARY.get(name):
+            continue
+        values = {row.item: None if row.value is None else json.loads(row.value) for row in given}
+        for score, value in questionnaires.score(name, values).items():
+            yield {**_about(at, step), "questionnaire": name, "score": score, "value": value}
+
+
+def _about(at: flow.Here, key: str) -> TableRow:
+    """What a step's questionnaire is about."""
+    step = at.block(key)
+    way = None if step is None else step.position
+    return {
+        "step": key,
+        "task": None if step is None else step.task,
+        "way": way,
+        "strategy": None if way is None else at.order[way - 1],
+    }
+
+
+def _notes(source: Source, who: ParticipantRow) -> Iterator[TableRow]:
+    for row, _ in participants.notes_of(source.db, who.id):
+        yield {
+            "author": source.names.of(row.experimenter_id),
+            "text": row.text,
+            "written_at": _iso(row.written_at),
+        }
 
 
 _ROWS = {
     "participants": _participants,
+    "consents": _consents,
     "events": _events,
     "queries": _queries,
     "answers": _answers,
     "trainings": _trainings,
+    "alignments": _alignments,
     "drives": _drives,
     "responses": _responses,
-    "samples": _samples,
+    "scores": _scores,
+    "notes": _notes,
 }
 
 
-def _all(db: Session, table: Any, participant_id: str, *order: Any) -> list[Any]:
-    statement = select(table).where(table.participant_id == participant_id).order_by(*order)
-    return list(db.scalars(statement))
+def _all(source: Source, table: Any, who: ParticipantRow, *order: Any) -> list[Any]:
+    statement = select(table).where(table.participant_id == who.id).order_by(*order)
+    return list(source.db.scalars(statement))
+
+
+def _json(content: Any) -> str:
+    return json.dumps(content, sort_keys=True, ensure_ascii=False)
 
 
 def _iso(moment: datetime | None) -> str | None:

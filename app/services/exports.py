@@ -1,61 +1,58 @@
-"""A study as a zip: every table three times over, a codebook, the protocols, tensors, a manifest.
+"""Everything a study gave, ready for analysis: tables, tensors, protocols, and what they mean.
 
 Laid out as Psych-DS has it (psych-ds.github.io): ``dataset_description.json`` at the top, data
-under ``data``, named ``study-<id>_<table>_data.csv``. Written to a file of its own, table by table
-and person by person, so that a long study needs no more memory than a short one.
+under ``data``, named ``study-<title>_description-<table>_data.csv``. It is written file by file,
+person by person and drive by drive, each file from its beginning to its end: a long study needs no
+more memory than a short one, and what is made can be sent at once.
 """
 
-import csv
-import hashlib
-import io
 import json
-import tempfile
-import zipfile
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+import re
+from collections.abc import Callable, Iterable, Iterator
 from datetime import UTC, datetime
-from pathlib import Path
-from typing import IO, Any
+from functools import partial
+from itertools import chain
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 from safetensors.numpy import save
 from sqlalchemy.orm import Session
 
+from app.analysis import codebook
 from app.services import protocols, queries, studies
-from app.services.export_tables import TABLES, Column, Names, TableRow, people, rows_of
+from app.services.export_lerobot import write_lerobot
+from app.services.export_package import MANIFEST, Package
+from app.services.export_sheets import as_tables, write_sheets
+from app.services.export_tables import Source, TableRow, people, rows_of
+from app.services.export_ticks import props_of, samples_of
 from app.storage import participants
 from app.storage import studies as storage
-from app.storage.tables import ParticipantRow
+from app.storage.tables import ParticipantRow, StudyRow
 
-_BATCH = 20_000
-_ARROW = {
-    "text": pa.string(),
-    "time": pa.string(),
-    "integer": pa.int64(),
-    "number": pa.float64(),
-    "boolean": pa.bool_(),
-}
-# What a spreadsheet would take for a formula.
-_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+_TICKS = {"samples": samples_of, "props": props_of}
+_WORK = {"samples": 50, "props": 100}  # of a form of a table; the others' is 1
 
 
 def write(
     db: Session,
     study_id: str,
-    file: Path,
+    package: Package,
     *,
     with_excluded: bool = True,
+    with_lerobot: bool = True,
+    ticks_per_s: float = 60.0,
     note: Callable[[float], None] = lambda _done: None,
 ) -> dict[str, int]:
-    """Write a study's export to ``file``.
+    """Write a study's export.
 
     Args:
         db: One read transaction: the export is the study at one moment.
         study_id: Whose.
-        file: Where to.
+        package: Where to; ended with it.
         with_excluded: Whether those marked as excluded are in it, marked.
+        with_lerobot: Whether the drives are in it as a LeRobot dataset as well.
+        ticks_per_s: Of the control loop.
         note: Called with the fraction done.
 
     Returns:
@@ -66,126 +63,65 @@ def write(
     """
     study = studies.find(db, study_id)
     who = people(db, study_id, with_excluded)
-    names = Names()
-    stem = f"study-{study_id.split('-', maxsplit=1)[0]}"
-    counts: dict[str, int] = {}
-    sums: list[str] = []
-    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=4) as archive:
+    source = Source(db)
+    stem = f"data/study-{_slug(study.title)}_description"
+    # Each table is gone through once for each form.
+    work = 3 * sum(_WORK.get(name, 1) for name in codebook.TABLES) + with_lerobot * _WORK["samples"]
+    done = 0.0
 
-        def put(path: str, content: bytes) -> None:
-            archive.writestr(path, content)
-            sums.append(f"{hashlib.sha256(content).hexdigest()}  {path}\n")
-
-        put("dataset_description.json", _json(_description(study.title, stem)))
-        put("README.md", _readme(study.title, len(who)).encode())
-        put("codebook.json", _json(codebook()))
-        put("codebook.md", codebook_text().encode())
-        for row in storage.versions(db, study_id):
-            text = protocols.as_yaml(protocols.of_row(row))
-            put(f"protocol/version-{row.version}.yaml", text.encode())
-        for index, (table, columns) in enumerate(TABLES.items()):
-            with _Sheets(archive, f"data/{stem}_{table}_data", columns, sums) as sheets:
-                for place, participant in enumerate(who):
-                    for line in rows_of(db, table, participant, names):
-                        sheets.add(line)
-                    note((index + (place + 1) / len(who)) / len(TABLES))
-            counts[table] = sheets.count
+    def each(share: float) -> Iterator[ParticipantRow]:
+        nonlocal done
         for participant in who:
-            for path, content in _tensors(db, participant, names):
-                put(path, content)
-        archive.writestr("manifest-sha256.txt", "".join(sums))
+            yield participant
+            done += share / len(who)
+            note(done / work)
+
+    def rows(name: str) -> Iterable[pa.Table]:
+        people = each(_WORK.get(name, 1))
+        if name in _TICKS:
+            return chain.from_iterable(_TICKS[name](source, one) for one in people)
+        made = chain.from_iterable(rows_of(source, name, one) for one in people)
+        return as_tables(made, codebook.TABLES[name].columns)
+
+    counts = {}
+    with package:
+        _put_words(package, db, study, len(who), with_lerobot)
+        for name, table in codebook.TABLES.items():
+            sheets = f"{stem}-{name}_data"
+            counts[name] = write_sheets(package, sheets, table.columns, partial(rows, name))
+        for participant in who:
+            _put_tensors(package, source, participant)
+        if with_lerobot:
+            drives = chain.from_iterable(rows_of(source, "drives", one) for one in who)
+            write_lerobot(package, drives, rows("samples"), round(ticks_per_s))
     note(1.0)
     return counts
 
 
-class _Sheets:
-    """One table as CSV, JSON Lines and Parquet at once, put into the zip when it is whole."""
-
-    def __init__(
-        self, archive: zipfile.ZipFile, stem: str, columns: tuple[Column, ...], sums: list[str]
-    ) -> None:
-        self._archive, self._stem, self._sums = archive, stem, sums
-        self._columns = columns
-        self._texts = {each.name for each in columns if each.kind in ("text", "time")}
-        self._schema = pa.schema([(each.name, _ARROW[each.kind]) for each in columns])
-        self.count = 0
-        self._batch: list[TableRow] = []
-
-    def __enter__(self) -> "_Sheets":
-        self._open = ExitStack()
-        self._files: dict[str, IO[bytes]] = {
-            kind: self._open.enter_context(tempfile.TemporaryFile())  # noqa: SIM115
-            for kind in ("csv", "jsonl", "parquet")
-        }
-        self._text = io.TextIOWrapper(self._files["csv"], "utf-8", newline="", write_through=True)
-        self._csv = csv.writer(self._text)
-        self._csv.writerow([each.name for each in self._columns])
-        self._parquet = pq.ParquetWriter(self._files["parquet"], self._schema)
-        return self
-
-    def add(self, row: TableRow) -> None:
-        """Take in a row."""
-        self.count += 1
-        line = {each.name: _plain(row.get(each.name), each.kind) for each in self._columns}
-        self._batch.append(line)
-        if len(self._batch) >= _BATCH:
-            self._flush()
-
-    def _flush(self) -> None:
-        for line in self._batch:
-            self._csv.writerow(
-                [
-                    _harmless(value) if name in self._texts else _cell(value)
-                    for name, value in line.items()
-                ]
-            )
-            self._files["jsonl"].write(json.dumps(line, allow_nan=False).encode() + b"\n")
-        self._parquet.write_table(pa.Table.from_pylist(self._batch, schema=self._schema))
-        self._batch = []
-
-    def __exit__(self, *failed: object) -> None:
-        self._flush()
-        self._parquet.close()
-        self._text.flush()
-        for kind, file in self._files.items():
-            path = f"{self._stem}.{kind}"
-            file.seek(0)
-            digest = hashlib.sha256()
-            with self._archive.open(path, "w", force_zip64=True) as target:
-                while block := file.read(1 << 20):
-                    digest.update(block)
-                    target.write(block)
-            self._sums.append(f"{digest.hexdigest()}  {path}\n")
-        self._open.close()
+def _put_words(
+    package: Package, db: Session, study: StudyRow, count: int, with_lerobot: bool
+) -> None:
+    """What the data are and mean."""
+    package.put("dataset_description.json", _json(_description(study.title)))
+    package.put("README.md", _readme(study.title, count, with_lerobot))
+    package.put("codebook.json", _json(codebook.as_json()))
+    package.put("codebook.md", codebook.as_text())
+    changes = [f"* {datetime.now(UTC):%Y-%m-%d}: exported\n"]
+    for row in storage.versions(db, study.id):
+        version = protocols.as_yaml(protocols.of_row(row))
+        package.put(f"protocol/version-{row.version}.yaml", version)
+        when = "never used" if row.frozen_at is None else f"used from {row.frozen_at:%Y-%m-%d}"
+        changes.append(f"* {row.created_at:%Y-%m-%d}: version {row.version}, {when}\n")
+    package.put("CHANGES.md", "# Changes\n\n" + "".join(changes))
 
 
-def codebook() -> dict[str, Any]:
-    """Every column of every table."""
-    return {
-        table: [
-            {"name": each.name, "type": each.kind, "unit": each.unit, "description": each.says}
-            for each in columns
-        ]
-        for table, columns in TABLES.items()
-    }
-
-
-def codebook_text() -> str:
-    """The codebook for people."""
-    parts = ["# Codebook\n"]
-    for table, columns in TABLES.items():
-        parts.append(f"\n## {table}\n\n| column | type | unit | what it is |\n|---|---|---|---|\n")
-        parts += [f"| {c.name} | {c.kind} | {c.unit} | {c.says} |\n" for c in columns]
-    return "".join(parts)
-
-
-def _tensors(db: Session, participant: ParticipantRow, names: Names) -> Iterator[tuple[str, bytes]]:
+def _put_tensors(package: Package, source: Source, participant: ParticipantRow) -> None:
     """Labels ready for training, a file for each task with answers: s, h and s*."""
-    protocol, _ = protocols.of_participant(db, participant)
+    protocol, _ = protocols.of_participant(source.db, participant)
     for task in protocol.tasks:
-        if not participants.queries_of(db, participant.id, task.task):
+        if not participants.queries_of(source.db, participant.id, task.task):
             continue
-        given = queries.labels_of(queries.asked(db, participant, task))
+        given = queries.labels_of(queries.asked(source.db, participant, task))
         if given:
             labels = queries.as_labels(given)
             tensors = {
@@ -193,51 +129,61 @@ def _tensors(db: Session, participant: ParticipantRow, names: Names) -> Iterator
                 "h": np.ascontiguousarray(labels.human_inputs),
                 "s_star": np.ascontiguousarray(labels.next_states),
             }
-            yield f"tensors/{names.of(participant.id)}_{task.task}.safetensors", save(tensors)
+            name = f"{source.names.of(participant.id)}_{task.task}"
+            package.put(f"tensors/{name}.safetensors", save(tensors))
 
 
-def _plain(value: Any, kind: str) -> Any:
-    if value is None or (kind == "number" and not np.isfinite(value)):
-        return None
-    return value
+def _slug(title: str) -> str:
+    """A title as Psych-DS wants values: letters and digits alone."""
+    return re.sub(r"[^a-z0-9]", "", title.lower())[:40] or "untitled"
 
 
-def _harmless(value: str | None) -> str:
-    if value is None:
-        return ""
-    return f"'{value}" if value.startswith(_FORMULA) else value
+def _json(content: Any) -> str:
+    return json.dumps(content, indent=2, ensure_ascii=False)
 
 
-def _cell(value: Any) -> Any:
-    return "" if value is None else (str(value).lower() if isinstance(value, bool) else value)
-
-
-def _json(content: Any) -> bytes:
-    return json.dumps(content, indent=2, ensure_ascii=False).encode()
-
-
-def _description(title: str, stem: str) -> dict[str, Any]:
+def _description(title: str) -> TableRow:
+    columns = {
+        column.name: column for table in codebook.TABLES.values() for column in table.columns
+    }
     return {
         "@context": "https://schema.org/",
         "@type": "Dataset",
         "name": title,
-        "description": f"{title}: how people want to steer a robot arm ({stem}).",
-        "variableMeasured": sorted({c.name for columns in TABLES.values() for c in columns}),
-        "dateCreated": datetime.now(UTC).isoformat(timespec="seconds"),
+        "description": f"{title}: how people want to steer a robot arm, and how they steered it.",
         "schemaVersion": "Psych-DS 1.0.0",
+        "dateCreated": datetime.now(UTC).isoformat(timespec="seconds"),
+        "variableMeasured": [
+            {
+                "@type": "PropertyValue",
+                "name": name,
+                "description": column.says,
+                **({"unitText": column.unit} if column.unit else {}),
+            }
+            for name, column in columns.items()
+        ],
     }
 
 
-def _readme(title: str, count: int) -> str:
-    tables = "\n".join(f"* `data/*_{table}_data.*`" for table in TABLES)
+def _readme(title: str, count: int, with_lerobot: bool) -> str:
+    tables = "\n".join(
+        f"* `data/*_description-{name}_data.*`: a row is {table.row}"
+        for name, table in codebook.TABLES.items()
+    )
+    lerobot = "* `lerobot/`: the drives as a LeRobot v3 dataset, if there are any\n"
     return (
         f"# {title}\n\n"
         f"{count} participants, under pseudonyms made for this export. Who withdrew is not in it;\n"
-        "who was excluded is marked, with the reason. Every table is there as CSV, as JSON Lines\n"
-        "and as Parquet, with the same rows; `codebook.md` says what every column is.\n\n"
+        "who was excluded is marked in the table of participants, with the reason. What people\n"
+        "and experimenters wrote in their own words is as they wrote it: read it before you\n"
+        "share it.\n\n"
+        "Every table is there as CSV, as JSON Lines and as Parquet, with the same rows;\n"
+        "`codebook.md` says what every column is.\n\n"
         f"{tables}\n"
         "* `tensors/<participant>_<task>.safetensors`: s, h and s*, ready for training\n"
+        f"{lerobot if with_lerobot else ''}"
         "* `protocol/`: every version of the protocol\n"
-        "* `manifest-sha256.txt`: check it with `sha256sum -c manifest-sha256.txt`\n\n"
-        "In the CSV files a text that a spreadsheet would take for a formula begins with a '.\n"
+        f"* `{MANIFEST}`: check it with `sha256sum -c {MANIFEST}`\n\n"
+        "In the CSV files a ' stands before a text that a spreadsheet would take for a formula,\n"
+        "and before one that begins with a '; the other files have it as it is.\n"
     )
