@@ -88,7 +88,10 @@ def create_app(settings: Settings) -> FastAPI:
         await asyncio.gather(*running, return_exceptions=True)
         database.close()
 
-    app = FastAPI(title="Joymap", lifespan=lifespan, docs_url=None, redoc_url=None)
+    # Its description is for those who are let in: app.routers.accounts.
+    app = FastAPI(
+        title="Joymap", lifespan=lifespan, openapi_url=None, docs_url=None, redoc_url=None
+    )
     for router in ROUTERS:
         app.include_router(router)
     app.mount("/static", StaticFiles(directory=STATIC_DIR))

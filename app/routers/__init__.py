@@ -10,6 +10,7 @@ from app.routers import (
     participants,
     replays,
     studies,
+    watching,
 )
 
 ROUTERS = (
@@ -22,4 +23,5 @@ ROUTERS = (
     experimenter.router,
     exports.router,
     replays.router,
+    watching.router,
 )

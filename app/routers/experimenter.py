@@ -1,57 +1,41 @@
-"""One participant over the API, and who is live: everything an experimenter sees and does."""
+"""One participant over the API: everything an experimenter sees and does."""
 
-from fastapi import APIRouter, Depends
+from typing import Annotated
+
+from fastapi import APIRouter, Body, Depends, Request, Response
 from fastapi.concurrency import run_in_threadpool
 from sqlalchemy.orm import Session
 
 from app.routers.dependencies import Assistant, Here, Owner, Service, Viewer, same_origin
+from app.routers.descriptions import KEPT, MISSING, REFUSED, name_of
+from app.routers.etags import unless_known
+from app.schemas.examples import ID
 from app.schemas.experimenter import (
     LinkOut,
-    LiveOut,
-    LivesOut,
     NoteIn,
     ParticipantOut,
     ReasonIn,
     RetrainIn,
 )
 from app.schemas.participants import WithdrawIn
-from app.services import audit, enrolment, flow, notes, overview, training, withdrawal
+from app.services import audit, enrolment, measured, notes, overview, training, withdrawal
 from app.services.accounts import Experimenter
-from app.services.studies import step_out
 from app.storage.tables import ParticipantRow
 
-router = APIRouter(prefix="/api/v1", dependencies=[Depends(same_origin)], tags=["participants"])
+router = APIRouter(
+    prefix="/api/v1",
+    dependencies=[Depends(same_origin)],
+    tags=["participants"],
+    generate_unique_id_function=name_of,
+    responses=REFUSED | MISSING,
+)
 
 
-@router.get("/live")
-def read_live(me: Viewer, here: Here) -> LivesOut:
-    """Every arm that somebody has in front of them now."""
+@router.get("/participants/{participant_id}", response_model=ParticipantOut)
+def read_participant(participant_id: str, me: Viewer, here: Here, request: Request) -> Response:
+    """Everything of a participant but the drives; unchanged, it is not sent again."""
     del me
-    sessions = []
-    with here.database.read() as db:
-        for session in here.live.all():
-            row = enrolment.by_id(db, session.participant_id)
-            sessions.append(
-                LiveOut(
-                    participant_id=row.id,
-                    label=enrolment.label_of(row),
-                    study_id=row.study_id,
-                    step=step_out(flow.here(db, row).step),
-                    is_connected=session.pages > 0,
-                    is_driven=session.is_driven,
-                    drive_id=session.drive_id,
-                )
-            )
-    return LivesOut(sessions=sessions)
-
-
-@router.get("/participants/{participant_id}")
-def read_participant(participant_id: str, me: Viewer, here: Here) -> ParticipantOut:
-    """Everything of a participant but the drives."""
-    del me
-    with here.database.read() as db:
-        row = enrolment.by_id(db, participant_id)
-        return _whole(here, db, row)
+    return unless_known(request, _read(here, participant_id))
 
 
 @router.post("/participants/{participant_id}/exclude")
@@ -59,8 +43,9 @@ def exclude(participant_id: str, why: ReasonIn, me: Assistant, here: Here) -> Pa
     """Leave somebody's data out of analyses, for a reason."""
     with here.database.write() as db:
         row = enrolment.by_id(db, participant_id)
-        enrolment.exclude(row, why.reason)
-        audit.note(db, me.id, "participant.exclude", row.id)
+        if row.excluded != why.reason:
+            enrolment.exclude(row, why.reason)
+            audit.note(db, me.id, "participant.exclude", row.id)
         return _whole(here, db, row)
 
 
@@ -69,8 +54,9 @@ def include(participant_id: str, me: Assistant, here: Here) -> ParticipantOut:
     """Take somebody's data in again."""
     with here.database.write() as db:
         row = enrolment.by_id(db, participant_id)
-        enrolment.exclude(row, None)
-        audit.note(db, me.id, "participant.include", row.id)
+        if row.excluded is not None:
+            enrolment.exclude(row, None)
+            audit.note(db, me.id, "participant.include", row.id)
         return _whole(here, db, row)
 
 
@@ -89,12 +75,13 @@ def revoke(participant_id: str, me: Assistant, here: Here) -> ParticipantOut:
     """End somebody's link."""
     with here.database.write() as db:
         row = enrolment.by_id(db, participant_id)
-        enrolment.revoke(row)
-        audit.note(db, me.id, "participant.revoke", row.id)
+        if row.token_hash is not None:
+            enrolment.revoke(row)
+            audit.note(db, me.id, "participant.revoke", row.id)
         return _whole(here, db, row)
 
 
-@router.post("/participants/{participant_id}/notes", status_code=201)
+@router.post("/participants/{participant_id}/notes", status_code=201, responses=KEPT)
 def add_note(participant_id: str, note: NoteIn, me: Assistant, here: Here) -> ParticipantOut:
     """Note something of a participant; the same twice is one."""
     with here.database.write() as db:
@@ -103,19 +90,25 @@ def add_note(participant_id: str, note: NoteIn, me: Assistant, here: Here) -> Pa
         return _whole(here, db, row)
 
 
-@router.post("/participants/{participant_id}/retrain")
+@router.post("/participants/{participant_id}/retrain", responses=KEPT)
 async def retrain(
     participant_id: str, wanted: RetrainIn, me: Assistant, here: Here
 ) -> ParticipantOut:
-    """Train on the answers to a task as they are; a training that failed is tried again."""
+    """Train on the answers to a task as they are; a training that failed is tried again.
+
+    What was learned already is not learned again: the same answers would give the same.
+    """
     found = await run_in_threadpool(_retrain, here, participant_id, wanted.task, me)
     here.supervisor.wake()
     return found
 
 
-@router.post("/participants/{participant_id}/withdraw")
+@router.post("/participants/{participant_id}/withdraw", responses=KEPT)
 async def withdraw(
-    participant_id: str, wanted: WithdrawIn, me: Owner, here: Here
+    participant_id: str,
+    wanted: Annotated[WithdrawIn, Body(examples=[{"id": ID, "erase": True}])],
+    me: Owner,
+    here: Here,
 ) -> ParticipantOut:
     """Let somebody go who asked for it, and erase what they gave if they want that."""
     await run_in_threadpool(_withdraw, here, participant_id, str(wanted.id), me, wanted.erase)
@@ -124,7 +117,13 @@ async def withdraw(
         await here.live.recorder.write_waiting()
         data_dir = here.settings.data_dir
         await run_in_threadpool(withdrawal.erase, here.database, data_dir, participant_id)
-    return await run_in_threadpool(read_participant, participant_id, me, here)
+        measured.forget()
+    return await run_in_threadpool(_read, here, participant_id)
+
+
+def _read(here: Service, participant_id: str) -> ParticipantOut:
+    with here.database.read() as db:
+        return _whole(here, db, enrolment.by_id(db, participant_id))
 
 
 def _whole(here: Service, db: Session, row: ParticipantRow) -> ParticipantOut:
@@ -144,5 +143,7 @@ def _withdraw(
 ) -> None:
     with here.database.write() as db:
         row = enrolment.by_id(db, participant_id)
+        was_gone = row.state == "withdrawn"
         withdrawal.withdraw(db, row, event_id)
-        audit.note(db, me.id, "participant.withdraw", row.id, erase=erase)
+        if erase or not was_gone:
+            audit.note(db, me.id, "participant.withdraw", row.id, erase=erase)

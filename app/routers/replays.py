@@ -1,17 +1,19 @@
 """Drives as they were recorded: their measures, and their replay in the scene."""
 
 import asyncio
-import contextlib
 import json
 import time
 from dataclasses import asdict
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Path, WebSocket, WebSocketDisconnect
+from fastapi import APIRouter, Depends, Path, Request, Response, WebSocket, WebSocketDisconnect
 from fastapi.responses import HTMLResponse
 from pydantic import ValidationError
 
+from app.analysis.measures import Measures
 from app.routers.dependencies import Here, ViewerOnly, same_origin
+from app.routers.descriptions import KEPT, MISSING, REFUSED, example, name_of
+from app.routers.etags import unless_known
 from app.routers.pages import page
 from app.scene.page import CONTENT_SECURITY_POLICY, scene_page
 from app.scene.server import SUBPROTOCOL
@@ -27,41 +29,76 @@ from app.schemas.replay import (
     SeekIn,
     SpeedIn,
 )
-from app.services import enrolment, records
-from app.services.records import NothingRecorded, Record
+from app.services import enrolment, measured, records
 from app.storage.tables import DriveRow, ParticipantRow
 from app.teleop.replay import Replay
 from models.tasks import get_task
 
-router = APIRouter(dependencies=[ViewerOnly, Depends(same_origin)])
+router = APIRouter(
+    dependencies=[ViewerOnly, Depends(same_origin)],
+    tags=["drives"],
+    generate_unique_id_function=name_of,
+    responses=REFUSED | MISSING,
+)
 
 _EVERY_S = 1.0 / 30.0
 View = Annotated[str, Path(min_length=1, max_length=64)]
+_DRIVE = {
+    "id": "0c1f5b0e-7f0c-4a43-8d5e-6a0c5a0b3f21",
+    "task": "Go round",
+    "strategy": "all-priors",
+    "started_at": "2026-11-24T10:02:31+00:00",
+    "end": "done",
+    "ticks": 1204,
+    "measures": {
+        "completion_time_s": 20.1,
+        "path_length_m": 0.84,
+        "undo_share": 0.06,
+        "idle_time_s": 1.9,
+        "evenness": 0.71,
+        "touches": 0,
+        "spills": None,
+        "counts": {"rounds": 1},
+        "is_success": True,
+    },
+}
 
 
-@router.get("/api/v1/participants/{participant_id}/drives")
-def read_drives(participant_id: str, here: Here) -> DrivesOut:
-    """A participant's drives, each with its measures."""
+@router.get(
+    "/api/v1/participants/{participant_id}/drives",
+    response_model=DrivesOut,
+    responses=example({"label": "P-7", "drives": [_DRIVE]}),
+)
+def read_drives(participant_id: str, here: Here, request: Request) -> Response:
+    """A participant's drives, each with its measures (docs/measures.md)."""
     with here.database.read() as db:
         participant = enrolment.by_id(db, participant_id)
-        found = records.of_participant(db, participant_id)
-        lines = []
-        for drive in found:
-            record = None
-            with contextlib.suppress(NothingRecorded):
-                record = records.read(db, drive.id)
-            lines.append(DriveOut(**_facts(drive, record)))
-        return DrivesOut(label=enrolment.label_of(participant), drives=lines)
+        found = measured.of_participant(db, participant_id)
+        lines = [DriveOut(**_facts(each.drive, each.ticks, each.measures)) for each in found]
+        drives = DrivesOut(label=enrolment.label_of(participant), drives=lines)
+    return unless_known(request, drives)
 
 
-@router.get("/api/v1/drives/{drive_id}")
+@router.get(
+    "/api/v1/drives/{drive_id}",
+    responses=KEPT
+    | example(
+        _DRIVE
+        | {
+            "participant_id": "6f1c6f9e-2f0e-4a51-9f3c-0a6f6f0f7d11",
+            "label": "P-7",
+            "path": [[0.55, 0.0, 0.3], [0.551, 0.002, 0.3]],
+            "stick_map": [[0.0, 0.25], [0.75, 0.0]],
+        }
+    ),
+)
 def read_drive(drive_id: str, here: Here) -> DriveDetailOut:
     """A drive's measures, and what is drawn of it."""
     with here.database.read() as db:
         record = records.read(db, drive_id)
         participant = db.get_one(ParticipantRow, record.drive.participant_id)
         return DriveDetailOut(
-            **_facts(record.drive, record),
+            **_facts(record.drive, len(record.rows), record.measures()),
             participant_id=participant.id,
             label=enrolment.label_of(participant),
             path=record.path(),
@@ -161,13 +198,13 @@ async def _play(socket: WebSocket, replay: Replay) -> None:
         await asyncio.sleep(_EVERY_S)
 
 
-def _facts(drive: DriveRow, record: Record | None) -> dict[str, Any]:
+def _facts(drive: DriveRow, ticks: int, measures: Measures | None) -> dict[str, Any]:
     return {
         "id": drive.id,
         "task": get_task(drive.task).title,
         "strategy": drive.strategy,
         "started_at": drive.started_at.isoformat(timespec="seconds"),
         "end": drive.end,
-        "ticks": 0 if record is None else len(record.rows),
-        "measures": None if record is None else MeasuresOut(**asdict(record.measures())),
+        "ticks": ticks,
+        "measures": None if measures is None else MeasuresOut(**asdict(measures)),
     }

@@ -1,11 +1,12 @@
 """Studies over the API: what the dashboard does, any program can do."""
 
-import hashlib
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Header, Query, Request, Response
 
 from app.routers.dependencies import Assistant, Here, Viewer, same_origin
+from app.routers.descriptions import CHANGED, KEPT, MISSING, REFUSED, name_of
+from app.routers.etags import unless_known
 from app.schemas.experimenter import (
     CheckedOut,
     LinkOut,
@@ -20,18 +21,23 @@ from app.schemas.experimenter import (
     StudyOut,
     StudyStateIn,
 )
-from app.services import audit, enrolment, overview, studies
-from app.storage import studies as storage
+from app.services import enrolment, overview, studies
 
-router = APIRouter(prefix="/api/v1", dependencies=[Depends(same_origin)], tags=["studies"])
+router = APIRouter(
+    prefix="/api/v1",
+    dependencies=[Depends(same_origin)],
+    tags=["studies"],
+    generate_unique_id_function=name_of,
+    responses=REFUSED,
+)
 
 
-@router.get("/studies")
-def read_studies(me: Viewer, here: Here) -> StudiesOut:
+@router.get("/studies", response_model=StudiesOut)
+def read_studies(me: Viewer, here: Here, request: Request) -> Response:
     """All studies; the first is the one for trying Joymap out."""
     del me
     with here.database.read() as db:
-        return StudiesOut(studies=[studies.line(db, study) for study in storage.everything(db)])
+        return unless_known(request, StudiesOut(studies=studies.lines(db)))
 
 
 @router.post("/protocols/check")
@@ -41,7 +47,7 @@ def check_protocol(content: ProtocolIn, me: Viewer) -> CheckedOut:
     return studies.check(content)
 
 
-@router.post("/studies", status_code=201)
+@router.post("/studies", status_code=201, responses=KEPT)
 def make_study(new: NewStudyIn, me: Assistant, here: Here) -> StudyOut:
     """Make a study from YAML or data; the same twice is one."""
     protocol = studies.read(new)
@@ -49,7 +55,7 @@ def make_study(new: NewStudyIn, me: Assistant, here: Here) -> StudyOut:
         return studies.whole(db, studies.create(db, me, str(new.id), protocol))
 
 
-@router.get("/studies/{study_id}")
+@router.get("/studies/{study_id}", responses=MISSING)
 def read_study(study_id: str, me: Viewer, here: Here, response: Response) -> StudyOut:
     """A study; its ETag is for changing the protocol that was seen, and no other."""
     del me
@@ -59,7 +65,7 @@ def read_study(study_id: str, me: Viewer, here: Here, response: Response) -> Stu
         return studies.whole(db, study)
 
 
-@router.put("/studies/{study_id}/protocol")
+@router.put("/studies/{study_id}/protocol", responses=MISSING | KEPT | CHANGED)
 def change_protocol(
     study_id: str,
     content: ProtocolIn,
@@ -76,14 +82,14 @@ def change_protocol(
         return studies.whole(db, study)
 
 
-@router.post("/studies/{study_id}/state")
+@router.post("/studies/{study_id}/state", responses=MISSING)
 def change_state(study_id: str, wanted: StudyStateIn, me: Assistant, here: Here) -> StudyOut:
     """Let people in, or nobody any more; who is in goes on."""
     with here.database.write() as db:
         return studies.whole(db, studies.set_state(db, me, study_id, wanted.state))
 
 
-@router.post("/studies/{study_id}/link", status_code=201)
+@router.post("/studies/{study_id}/link", status_code=201, responses=MISSING)
 def make_link(study_id: str, me: Assistant, here: Here) -> LinkOut:
     """A new shared link; the former ends."""
     with here.database.write() as db:
@@ -91,14 +97,14 @@ def make_link(study_id: str, me: Assistant, here: Here) -> LinkOut:
     return LinkOut(link=f"{here.settings.base_url}/join/{token}")
 
 
-@router.delete("/studies/{study_id}/link", status_code=204)
+@router.delete("/studies/{study_id}/link", status_code=204, responses=MISSING)
 def end_link(study_id: str, me: Assistant, here: Here) -> None:
     """End the shared link."""
     with here.database.write() as db:
         studies.end_link(db, me, study_id)
 
 
-@router.get("/studies/{study_id}/participants", response_model=ParticipantsOut)
+@router.get("/studies/{study_id}/participants", response_model=ParticipantsOut, responses=MISSING)
 def read_participants(
     study_id: str,
     me: Viewer,
@@ -123,27 +129,21 @@ def read_participants(
             connected=here.live.connected(),
             ticks_per_s=here.settings.teleop_rate_hz,
         )
-    content = found.model_dump_json()
-    headers = {"ETag": f'"{hashlib.sha256(content.encode()).hexdigest()[:32]}"'}
-    if request.headers.get("if-none-match") == headers["ETag"]:
-        return Response(status_code=304, headers=headers)
-    return Response(content, media_type="application/json", headers=headers)
+    return unless_known(request, found)
 
 
-@router.post("/studies/{study_id}/participants", status_code=201)
+@router.post("/studies/{study_id}/participants", status_code=201, responses=MISSING | KEPT)
 def add_participants(
     study_id: str, new: NewParticipantsIn, me: Assistant, here: Here
 ) -> NewParticipantsOut:
     """Links for more participants, shown this once."""
-    made = []
+    ids = enrolment.ids_from(str(new.id), new.count)
     with here.database.write() as db:
-        study = studies.find(db, study_id)
-        for participant_id in enrolment.ids_from(str(new.id), new.count):
-            token = enrolment.new_token()
-            row = enrolment.enrol(
-                db, study, token, participant_id=participant_id, origin=enrolment.EXPERIMENTER
-            )
-            link = f"{here.settings.base_url}/p/{token}"
-            made.append(NewParticipantOut(id=row.id, label=enrolment.label_of(row), link=link))
-        audit.note(db, me.id, "participants.add", study_id, count=new.count)
-    return NewParticipantsOut(participants=made)
+        made = studies.add_participants(db, me, study_id, ids, new.external_id)
+    base = here.settings.base_url
+    return NewParticipantsOut(
+        participants=[
+            NewParticipantOut(id=row.id, label=enrolment.label_of(row), link=f"{base}/p/{token}")
+            for row, token in made
+        ]
+    )

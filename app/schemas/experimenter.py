@@ -3,17 +3,27 @@
 from typing import Annotated, Any, Literal
 from uuid import UUID
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from app.schemas.examples import AT, ID, JOB, LINE, LIVE, PROTOCOL, STEP, STUDY, WHOLE, YAML
+from app.schemas.messages import ProgressOut
 from app.schemas.participants import In
 from app.schemas.protocol import Protocol
 
 State = Literal["active", "completed", "abandoned", "withdrawn"]
+JobState = Literal["queued", "running", "succeeded", "failed"]
+ExternalId = Annotated[str, Field(pattern=r"^[\w.@-]{1,80}$")]
 Words = Annotated[str, Field(min_length=1, max_length=2000)]
+
+
+def _example(fields: dict[str, Any]) -> ConfigDict:
+    return ConfigDict(json_schema_extra={"examples": [fields]})
 
 
 class ProtocolIn(In):
     """A protocol, as YAML or as data."""
+
+    model_config = _example({"yaml": YAML})
 
     yaml: Annotated[str, Field(max_length=200_000)] | None = None
     protocol: dict[str, Any] | None = None
@@ -28,6 +38,8 @@ class ProtocolIn(In):
 class NewStudyIn(ProtocolIn):
     """A study is wanted."""
 
+    model_config = _example({"id": ID, "yaml": YAML})
+
     id: UUID
 
 
@@ -41,6 +53,8 @@ class StepOut(BaseModel):
 
 class CheckedOut(BaseModel):
     """A protocol both ways, and what participants would do."""
+
+    model_config = _example({"protocol": PROTOCOL, "yaml": YAML, "steps": [STEP], "minutes": 14})
 
     protocol: Protocol
     yaml: str
@@ -72,11 +86,24 @@ class StudyLineOut(BaseModel):
 class StudiesOut(BaseModel):
     """All studies."""
 
+    model_config = _example({"studies": [STUDY]})
+
     studies: list[StudyLineOut]
 
 
 class StudyOut(StudyLineOut):
     """A study with its protocol."""
+
+    model_config = _example(
+        STUDY
+        | {
+            "protocol": PROTOCOL,
+            "yaml": YAML,
+            "is_frozen": True,
+            "versions": [{"version": 1, "created_at": AT, "frozen_at": AT, "participants": 12}],
+            "has_link": True,
+        }
+    )
 
     protocol: Protocol
     yaml: str
@@ -88,11 +115,15 @@ class StudyOut(StudyLineOut):
 class StudyStateIn(In):
     """Let people in, or nobody any more."""
 
+    model_config = _example({"state": "closed"})
+
     state: Literal["open", "closed"]
 
 
 class LinkOut(BaseModel):
     """A link, shown this once."""
+
+    model_config = _example({"link": "http://127.0.0.1:8000/join/kT3…"})
 
     link: str
 
@@ -100,8 +131,17 @@ class LinkOut(BaseModel):
 class NewParticipantsIn(In):
     """Links for more participants are wanted."""
 
+    model_config = _example({"id": ID, "count": 5})
+
     id: UUID
     count: Annotated[int, Field(ge=1, le=200)] = 1
+    external_id: ExternalId | None = None
+
+    @model_validator(mode="after")
+    def _names_one(self) -> "NewParticipantsIn":
+        if self.external_id is not None and self.count > 1:
+            raise ValueError("an external id is one participant's")
+        return self
 
 
 class NewParticipantOut(BaseModel):
@@ -114,6 +154,10 @@ class NewParticipantOut(BaseModel):
 
 class NewParticipantsOut(BaseModel):
     """Links, shown this once."""
+
+    model_config = _example(
+        {"participants": [{"id": ID, "label": "P-7", "link": "http://127.0.0.1:8000/p/x8Q…"}]}
+    )
 
     participants: list[NewParticipantOut]
 
@@ -136,13 +180,15 @@ class ParticipantLineOut(BaseModel):
     is_opened: bool
     is_connected: bool
     answers: int
-    training: Literal["queued", "running", "succeeded", "failed"] | None
+    training: JobState | None
     drives: int
     driven_s: float
 
 
 class ParticipantsOut(BaseModel):
     """A page of participants, and where the next one begins."""
+
+    model_config = _example({"participants": [LINE], "total": 12, "next": 57})
 
     participants: list[ParticipantLineOut]
     total: int
@@ -163,10 +209,15 @@ class AnswerOut(BaseModel):
 
 
 class ConsistencyOut(BaseModel):
-    """How alike answers to the same move are."""
+    """How alike answers to the same move are.
+
+    Over the moves with two labels: the angle between the two in [deg] (null if a stick was at
+    rest in all of them), and the difference of their lengths, which are from 0 to 1.
+    """
 
     pairs: int
     mean_angle_deg: float | None
+    mean_length_difference: float
 
 
 class TrainingLineOut(BaseModel):
@@ -211,6 +262,8 @@ class EventOut(BaseModel):
 class ParticipantOut(ParticipantLineOut):
     """Everything of a participant but the drives."""
 
+    model_config = _example(WHOLE)
+
     order: list[str]
     answers_given: list[AnswerOut]
     consistency: dict[str, ConsistencyOut]
@@ -223,11 +276,15 @@ class ParticipantOut(ParticipantLineOut):
 class ReasonIn(In):
     """Why somebody's data are left out."""
 
+    model_config = _example({"reason": "Pressed at random."})
+
     reason: Words
 
 
 class NoteIn(In):
     """A note."""
+
+    model_config = _example({"id": ID, "text": "Was late."})
 
     id: UUID
     text: Words
@@ -235,6 +292,8 @@ class NoteIn(In):
 
 class RetrainIn(In):
     """A training for a task is wanted once more."""
+
+    model_config = _example({"task": "avoid"})
 
     task: Annotated[str, Field(max_length=40)]
 
@@ -246,12 +305,41 @@ class LiveOut(BaseModel):
     label: str
     study_id: str
     step: StepOut
+    mode: Literal["idle", "showing", "driving"]
     is_connected: bool
-    is_driven: bool
     drive_id: str | None
+    progress: ProgressOut | None
 
 
 class LivesOut(BaseModel):
     """All arms that are live."""
 
+    model_config = _example({"sessions": [LIVE]})
+
     sessions: list[LiveOut]
+
+
+class JobOut(BaseModel):
+    """A training of anybody's."""
+
+    id: str
+    participant_id: str
+    label: str
+    study_id: str
+    task: str
+    state: JobState
+    fraction: float
+    attempt: int
+    error: str | None
+    queued_at: str
+    ended_at: str | None
+    training_s: float | None
+
+
+class JobsOut(BaseModel):
+    """A page of trainings, newest first, and where the next one begins."""
+
+    model_config = _example({"jobs": [JOB], "next": None})
+
+    jobs: list[JobOut]
+    next: str | None

@@ -5,13 +5,14 @@ from datetime import UTC, datetime
 from sqlalchemy.orm import Session
 
 from app.errors import IdReused
+from app.services import audit
 from app.storage.tables import NoteRow, ParticipantRow
 
 
 def add(
     db: Session, experimenter_id: str, participant: ParticipantRow, note_id: str, text: str
 ) -> None:
-    """Keep a note; the same twice is one.
+    """Keep a note, without its words in the audit; the same twice is one.
 
     Raises:
         IdReused: If the id was used for something else.
@@ -30,4 +31,5 @@ def add(
             written_at=datetime.now(UTC),
         )
     )
+    audit.note(db, experimenter_id, "participant.note", participant.id)
     db.flush()

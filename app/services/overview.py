@@ -153,20 +153,29 @@ def _answer(query: QueryRow, answer: AnswerRow) -> AnswerOut:
 def _consistency(
     queries: list[QueryRow], answers: dict[str, AnswerRow]
 ) -> dict[str, ConsistencyOut]:
-    """For each task, the mean angle between the two answers to a move that was shown twice."""
-    angles: dict[str, list[float]] = defaultdict(list)
+    """For each task, how far apart the two answers to a move are that was shown twice."""
+    pairs: dict[str, list[tuple[complex, complex]]] = defaultdict(list)
     for query in queries:
-        first = answers.get(query.repeats or "")
-        second = answers.get(query.id)
-        if first is None or second is None or None in (first.h_x, second.h_x):
-            continue
-        one, other = ((each.h_x or 0.0) + 1j * (each.h_y or 0.0) for each in (first, second))
-        if one and other:
-            angles[query.task].append(abs(float(np.degrees(np.angle(one / other)))))
-    return {
-        task: ConsistencyOut(pairs=len(found), mean_angle_deg=round(float(np.mean(found)), 1))
-        for task, found in angles.items()
-    }
+        both = answers.get(query.repeats or ""), answers.get(query.id)
+        h = [
+            complex(answer.h_x, answer.h_y)
+            for answer in both
+            if answer is not None and answer.h_x is not None and answer.h_y is not None
+        ]
+        if len(h) == len(both):
+            pairs[query.task].append((h[0], h[1]))
+    found = {}
+    for task, given in pairs.items():
+        # A stick at rest points nowhere.
+        turns = [abs(np.degrees(np.angle(one / two))) for one, two in given if one and two]
+        found[task] = ConsistencyOut(
+            pairs=len(given),
+            mean_angle_deg=round(float(np.mean(turns)), 1) if turns else None,
+            mean_length_difference=round(
+                float(np.mean([abs(abs(one) - abs(two)) for one, two in given])), 3
+            ),
+        )
+    return found
 
 
 def _iso(moment: datetime) -> str:

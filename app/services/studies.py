@@ -16,12 +16,13 @@ from app.schemas.experimenter import (
 from app.schemas.protocol import Protocol
 from app.services import audit, enrolment, flow, protocols, visit
 from app.services.accounts import Experimenter
-from app.storage import studies
-from app.storage.tables import ProtocolRow, StudyRow
+from app.storage import participants, studies
+from app.storage.tables import ParticipantRow, ProtocolRow, StudyRow
 
 # What a step takes, roughly, in [s]: for the estimate before anyone has taken part.
 _SECONDS = {"consent": 60, "training": 5, "questions": 45, "end": 5}
 _ANSWER_S, _DRIVE_S = 8, 45
+_STATES = ("active", "completed", "abandoned", "withdrawn")
 
 
 class NoSuchStudy(JoymapError):
@@ -44,6 +45,17 @@ class ChangedMeanwhile(JoymapError):
     def __init__(self) -> None:
         """Say what to do."""
         super().__init__("Somebody changed this study meanwhile; please reload and change it anew.")
+
+
+class KnownAlready(JoymapError):
+    """A second participant of the same name elsewhere."""
+
+    status_code = 409
+    kind = "known-already"
+
+    def __init__(self) -> None:
+        """Say so."""
+        super().__init__("There is a participant with this external id already in this study.")
 
 
 class DemoStaysAsItIs(JoymapError):
@@ -139,7 +151,10 @@ def change(
     study = find(db, study_id)
     if study_id == protocols.DEMO:
         raise DemoStaysAsItIs
-    if seen is not None and seen.strip('"') != tag(_latest(db, study)):
+    before = _latest(db, study)
+    if protocols.as_json(protocols.of_row(before)) == protocols.as_json(protocol):
+        return study  # such as the same change, sent again
+    if seen is not None and seen.strip('"') != tag(before):
         raise ChangedMeanwhile
     row = protocols.keep(db, study, protocol)
     audit.note(db, who.id, "study.protocol", study_id, version=row.version)
@@ -159,8 +174,9 @@ def tag_of(db: Session, study: StudyRow) -> str:
 def set_state(db: Session, who: Experimenter, study_id: str, state: str) -> StudyRow:
     """Let people in, or nobody any more; those who are in go on."""
     study = find(db, study_id)
-    study.state = state
-    audit.note(db, who.id, f"study.{state}", study_id)
+    if study.state != state:
+        study.state = state
+        audit.note(db, who.id, f"study.{state}", study_id)
     return study
 
 
@@ -174,23 +190,27 @@ def new_link(db: Session, who: Experimenter, study_id: str) -> str:
 
 def end_link(db: Session, who: Experimenter, study_id: str) -> None:
     """End the shared link."""
-    find(db, study_id).link_hash = None
-    audit.note(db, who.id, "study.end-link", study_id)
+    study = find(db, study_id)
+    if study.link_hash is not None:
+        study.link_hash = None
+        audit.note(db, who.id, "study.end-link", study_id)
 
 
-def line(db: Session, study: StudyRow) -> StudyLineOut:
-    """A study in the list."""
-    row = _latest(db, study)
-    states = ("active", "completed", "abandoned", "withdrawn")
-    counts = studies.state_counts(db, study.id)
+def lines(db: Session) -> list[StudyLineOut]:
+    """All studies, in the order in which they were made, by a fixed number of statements."""
+    latest, counts = studies.all_latest(db), studies.state_counts(db)
+    return [_line(study, latest[study.id], counts) for study in studies.everything(db)]
+
+
+def _line(study: StudyRow, latest: ProtocolRow, counts: dict[tuple[str, str], int]) -> StudyLineOut:
     return StudyLineOut(
         id=study.id,
         title=study.title,
         state=study.state,  # type: ignore[arg-type]
         created_at=study.created_at.isoformat(timespec="seconds"),
-        version=row.version,
-        participants={state: counts.get(state, 0) for state in states},
-        wanted=protocols.of_row(row).participants,
+        version=latest.version,
+        participants={state: counts.get((study.id, state), 0) for state in _STATES},
+        wanted=latest.content.get("participants"),
     )
 
 
@@ -200,7 +220,7 @@ def whole(db: Session, study: StudyRow) -> StudyOut:
     protocol = protocols.of_row(row)
     under = studies.version_counts(db, study.id)
     return StudyOut(
-        **line(db, study).model_dump(),
+        **_line(study, row, studies.state_counts(db, study.id)).model_dump(),
         protocol=protocol,
         yaml=protocols.as_yaml(protocol),
         is_frozen=row.frozen_at is not None,
@@ -217,6 +237,38 @@ def whole(db: Session, study: StudyRow) -> StudyOut:
         ],
         has_link=study.link_hash is not None,
     )
+
+
+def add_participants(
+    db: Session, who: Experimenter, study_id: str, ids: list[str], external_id: str | None
+) -> list[tuple[ParticipantRow, str]]:
+    """Enrol people, each with the token of their link.
+
+    Raises:
+        NoSuchStudy: If there is none.
+        KnownAlready: If somebody in the study has this external id.
+        StudyClosed: If it takes nobody in.
+        StudyFull: If there are not places enough; then nobody is enrolled.
+        IdReused: If an id was used before.
+    """
+    study = find(db, study_id)
+    before = None if external_id is None else participants.by_external_id(db, study_id, external_id)
+    if before is not None:
+        raise IdReused if before.id in ids else KnownAlready
+    made = []
+    for participant_id in ids:
+        token = enrolment.new_token()
+        row = enrolment.enrol(
+            db,
+            study,
+            token,
+            participant_id=participant_id,
+            origin=enrolment.EXPERIMENTER,
+            external_id=external_id,
+        )
+        made.append((row, token))
+    audit.note(db, who.id, "participants.add", study_id, count=len(ids))
+    return made
 
 
 def _latest(db: Session, study: StudyRow) -> ProtocolRow:

@@ -66,6 +66,17 @@ def add_chunks(db: Session, rows: list[dict[str, Any]]) -> None:
         db.execute(insert(SampleChunkRow), rows)
 
 
+def ticks_of(db: Session, participant_id: str) -> dict[str, int]:
+    """How many ticks were kept of each of a participant's drives; those without any are not in."""
+    rows = db.execute(
+        select(SampleChunkRow.drive_id, func.sum(SampleChunkRow.ticks))
+        .join(DriveRow, DriveRow.id == SampleChunkRow.drive_id)
+        .where(DriveRow.participant_id == participant_id)
+        .group_by(SampleChunkRow.drive_id)
+    )
+    return {drive_id: ticks for drive_id, ticks in rows}
+
+
 def counts(db: Session, participant_ids: list[str]) -> dict[str, tuple[int, int]]:
     """For each of these participants: how many drives, and how many ticks in them."""
     rows = db.execute(

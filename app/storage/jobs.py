@@ -1,9 +1,9 @@
 """Asking the database about trainings, and the two statements that must not race."""
 
-from sqlalchemy import select, update
+from sqlalchemy import and_, or_, select, update
 from sqlalchemy.orm import Session, undefer
 
-from .tables import AlignmentRow, JobRow
+from .tables import AlignmentRow, JobRow, ParticipantRow
 
 
 def of_task(db: Session, participant_id: str, task: str) -> JobRow | None:
@@ -31,6 +31,11 @@ def claim(db: Session) -> JobRow | None:
         .values(state="running", attempt=JobRow.attempt + 1, fraction=0.0)
         .returning(JobRow)
     )
+
+
+def by_id(db: Session, job_id: str) -> JobRow | None:
+    """A training, by its id."""
+    return db.get(JobRow, job_id)
 
 
 def running(db: Session, job_id: str, attempt: int) -> JobRow | None:
@@ -76,6 +81,24 @@ def all_of(db: Session, participant_id: str) -> list[JobRow]:
             .order_by(JobRow.queued_at)
         )
     )
+
+
+def page(
+    db: Session, state: str | None, after: JobRow | None, limit: int
+) -> list[tuple[JobRow, ParticipantRow]]:
+    """Some trainings of everybody, newest first, beginning after one of them."""
+    statement = select(JobRow, ParticipantRow).join(
+        ParticipantRow, ParticipantRow.id == JobRow.participant_id
+    )
+    if state is not None:
+        statement = statement.where(JobRow.state == state)
+    if after is not None:
+        at = after.queued_at
+        statement = statement.where(
+            or_(JobRow.queued_at < at, and_(JobRow.queued_at == at, JobRow.id < after.id))
+        )
+    rows = db.execute(statement.order_by(JobRow.queued_at.desc(), JobRow.id.desc()).limit(limit))
+    return [(job, participant) for job, participant in rows]
 
 
 def latest_states(db: Session, participant_ids: list[str]) -> dict[str, str]:

@@ -20,6 +20,12 @@ def by_token_hash(db: Session, token_hash: str) -> ParticipantRow | None:
     return db.scalar(select(ParticipantRow).where(ParticipantRow.token_hash == token_hash))
 
 
+def by_ids(db: Session, participant_ids: list[str]) -> dict[str, ParticipantRow]:
+    """These participants, by their ids."""
+    rows = db.scalars(select(ParticipantRow).where(ParticipantRow.id.in_(participant_ids)))
+    return {row.id: row for row in rows}
+
+
 def everyone(db: Session) -> list[ParticipantRow]:
     """All participants, in order of their numbers."""
     return list(db.scalars(select(ParticipantRow).order_by(ParticipantRow.number)))

@@ -1,6 +1,6 @@
 """Asking the database about studies and the versions of their protocols."""
 
-from sqlalchemy import func, select
+from sqlalchemy import and_, func, select
 from sqlalchemy.orm import Session
 
 from .tables import ParticipantRow, ProtocolRow, StudyRow
@@ -57,14 +57,32 @@ def cell_counts(db: Session, protocol_id: str, states: tuple[str, ...]) -> dict[
     return {cell: count for cell, count in rows}
 
 
-def state_counts(db: Session, study_id: str) -> dict[str, int]:
-    """How many participants of a study are in each state."""
-    rows = db.execute(
-        select(ParticipantRow.state, func.count())
-        .where(ParticipantRow.study_id == study_id)
-        .group_by(ParticipantRow.state)
+def state_counts(db: Session, study_id: str | None = None) -> dict[tuple[str, str], int]:
+    """How many participants of a study, or of each, are in each state, by the study's id and it."""
+    statement = select(ParticipantRow.study_id, ParticipantRow.state, func.count())
+    if study_id is not None:
+        statement = statement.where(ParticipantRow.study_id == study_id)
+    rows = db.execute(statement.group_by(ParticipantRow.study_id, ParticipantRow.state))
+    return {(of, state): count for of, state, count in rows}
+
+
+def all_latest(db: Session) -> dict[str, ProtocolRow]:
+    """The version that new participants get, of each study, by the study's id."""
+    newest = (
+        select(ProtocolRow.study_id, func.max(ProtocolRow.version).label("version"))
+        .group_by(ProtocolRow.study_id)
+        .subquery()
     )
-    return {state: count for state, count in rows}
+    rows = db.scalars(
+        select(ProtocolRow).join(
+            newest,
+            and_(
+                ProtocolRow.study_id == newest.c.study_id,
+                ProtocolRow.version == newest.c.version,
+            ),
+        )
+    )
+    return {row.study_id: row for row in rows}
 
 
 def version_counts(db: Session, study_id: str) -> dict[str, int]:
