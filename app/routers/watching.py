@@ -89,16 +89,17 @@ async def look(socket: WebSocket, participant_id: str, here: Here) -> None:
         raise NobodyIsThere
     await socket.accept(SUBPROTOCOL)
     # Who only watches must not keep an arm alive that its participant has left.
-    ends = [
-        asyncio.create_task(session.scene.serve(socket)),
-        asyncio.create_task(_until_left(session)),
-    ]
+    shown = asyncio.create_task(session.scene.serve(socket))
+    left = asyncio.create_task(_until_left(session))
     try:
-        await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
+        await asyncio.wait((shown, left), return_when=asyncio.FIRST_COMPLETED)
+        has_left = not shown.done()
     finally:
-        for task in ends:
+        for task in (shown, left):
             task.cancel()
-        await asyncio.gather(*ends, return_exceptions=True)
+        await asyncio.gather(shown, left, return_exceptions=True)
+    if has_left:
+        await socket.close(1000, "The participant has left.")
 
 
 async def _until_left(session: LiveSession) -> None:

@@ -52,6 +52,7 @@ def test_people_take_part_in_a_study_made_in_the_browser(
     expect(office.get_by_test_id("steps")).to_contain_text("9 steps")
     office.get_by_test_id("make-study").click()
     office.wait_for_url("**/studies/*")
+    study_page = office.url
     office.get_by_test_id("share").click()
     link = office.get_by_test_id("link").input_value()
     assert_accessible(office)
@@ -76,6 +77,8 @@ def test_people_take_part_in_a_study_made_in_the_browser(
         person.wait_for_step("block")
         expect(person.page.get_by_test_id("attempt-says")).to_contain_text("Go once round")
         assert_accessible(person.page)
+        if way == 1:
+            watch(office, study_page)
         person.click("give-up")
         person.click("continue")
         person.wait_for_step("questions")
@@ -142,6 +145,28 @@ class Joined(Visitor):
     def _hear(self, frame: Any) -> None:
         self.sent.append(str(frame))
         super()._hear(frame)
+
+
+def watch(office: Page, study_page: str) -> None:
+    """Find who drives, and look at their arm."""
+    office.get_by_role("link", name="Studies").click()
+    expect(office.get_by_test_id("jobs")).to_contain_text("avoid")
+    expect(office.get_by_test_id("jobs")).to_contain_text("Done")
+    live = office.get_by_test_id("live")
+    expect(live.get_by_role("row", name="P-2")).to_contain_text("A small study")
+    expect(live).to_contain_text("round")
+    assert_accessible(office)
+    live.get_by_role("link", name="P-2").click()
+    office.get_by_test_id("look").click()
+    expect(office.locator(".stage iframe")).to_be_visible()
+    # The veil lifts when the picture says that it is there; it covers what is cut off.
+    expect(office.locator(".stage-veil")).to_be_hidden(timeout=30_000)
+    frame = office.frame_locator(".stage iframe")
+    expect(frame.locator("canvas").first).to_be_visible(timeout=30_000)
+    assert_accessible(office)
+    office.get_by_test_id("look").click()
+    expect(office.locator(".stage iframe")).to_have_count(0)
+    office.goto(study_page)
 
 
 def answer_everything(link: str) -> None:

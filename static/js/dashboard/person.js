@@ -2,15 +2,25 @@
 import { STRATEGIES, endInWords, measuresInWords } from '../drive_words.js'
 import { html, svg } from '../element.js'
 import { newId } from '../ids.js'
+import { Scene } from '../scene.js'
 import { counted, durationInWords } from '../words.js'
 import { linkCard } from './link_card.js'
-import { ROOT, api, attempt, may, moment, whoAmI } from './office.js'
+import { ROOT, api, attempt, keep, may, moment, whoAmI } from './office.js'
+
+const REFRESH_MS = 3000
 
 const id = location.pathname.split('/').pop()
 const at = (name) => document.getElementById(name)
 const me = await whoAmI()
+const reason = html('input', { maxlength: 2000, 'aria-label': 'Reason or note', placeholder: 'Reason or note', 'data-testid': 'reason' })
+const shown = { person: '', actions: '', drives: '' }
+/** @type {Scene | null} */
+let scene = null
 
 function draw(person) {
+  const key = JSON.stringify(person)
+  if (key === shown.person) return
+  shown.person = key
   document.title = `${person.label} – Joymap`
   at('title').textContent = person.label
   at('study').href = `${ROOT}/studies/${person.study_id}`
@@ -34,7 +44,23 @@ function draw(person) {
     html('tbody', {}, person.responses.map(({ step, item, value }) => html('tr', {}, html('td', { 'data-label': 'Step' }, step), html('td', { 'data-label': 'Item' }, item), html('td', { 'data-label': 'Response' }, value === null ? 'declined' : String(value)))))))
   at('notes').replaceChildren(...person.notes.map(({ author, text, written_at }) => html('p', { class: 'note' }, text, html('br', {}), html('span', { class: 'small' }, `${author}, `, moment(written_at)))))
   actions(person)
+  if (!person.is_connected && scene) look()
+  at('watching').hidden = !person.is_connected
   document.body.dataset.ready = 'true'
+}
+
+/** Show the arm that the participant has in front of them, or no longer. */
+function look() {
+  if (scene) {
+    scene.close()
+    scene = null
+  } else {
+    scene = new Scene(at('stage'), `${ROOT}/participants/${id}/live/scene/`)
+    scene.show()
+  }
+  at('stage').hidden = scene === null
+  at('look').setAttribute('aria-expanded', String(scene !== null))
+  at('look').textContent = scene ? 'Look away' : 'Look at the arm'
 }
 
 function answer({ task, position, h, thinking_time_s, hand_path, repeats }) {
@@ -76,14 +102,21 @@ function figure(name, curve) {
 }
 
 function actions(person) {
+  const tasks = [...new Set(person.trainings.map(({ task }) => task))]
+  // What somebody is typing or about to press stays where it is.
+  const key = JSON.stringify([person.state, person.excluded, tasks])
+  if (key === shown.actions) return
+  shown.actions = key
   const path = `participants/${id}`
   const act = (words, testid, role, action) => may(me, role) && html('button', { class: 'button', type: 'button', 'data-testid': testid, onclick: action }, words)
   const change = async (what, body = {}) => {
     const changed = await attempt(() => api.post(`${path}/${what}`, body))
-    if (changed?.label) draw(changed)
+    if (changed?.label) {
+      reason.value = ''
+      draw(changed)
+    }
     return changed
   }
-  const reason = html('input', { maxlength: 2000, 'aria-label': 'Reason or note', placeholder: 'Reason or note', 'data-testid': 'reason' })
   at('actions').replaceChildren(
     may(me, 'assistant') ? reason : '',
     act('Add the note', 'note', 'assistant', () => change('notes', { id: newId(), text: reason.value })) || '',
@@ -93,7 +126,7 @@ function actions(person) {
       if (made) at('links').replaceChildren(linkCard({ label: person.label, ...made }, (card) => card.remove()))
     }) || '',
     act('End the link', 'revoke', 'assistant', () => change('revoke')) || '',
-    ...[...new Set(person.trainings.map(({ task }) => task))].map((task) => act(`Train ${task} again`, `retrain-${task}`, 'assistant', () => change('retrain', { task })) || ''),
+    ...tasks.map((task) => act(`Train ${task} again`, `retrain-${task}`, 'assistant', () => change('retrain', { task })) || ''),
     (person.state !== 'withdrawn' && act('Withdraw and erase', 'erase', 'owner', () => confirm(`Erase everything that ${person.label} gave? This cannot be undone.`) && change('withdraw', { id: newId(), erase: true }))) || '')
 }
 
@@ -110,8 +143,12 @@ function drivesTable(drives) {
     })))
 }
 
-const person = await attempt(() => api.get(`participants/${id}`))
-if (person) draw(person)
-const found = await attempt(() => api.get(`participants/${id}/drives`))
-if (found) at('drives').replaceChildren(found.drives.length === 0 ? html('p', { class: 'quiet' }, 'Nothing was driven yet.') : drivesTable(found.drives))
-document.body.dataset.ready = 'true'
+at('look').addEventListener('click', look)
+void keep(REFRESH_MS, async () => {
+  draw(await api.get(`participants/${id}`))
+  const { drives } = await api.get(`participants/${id}/drives`)
+  const key = JSON.stringify(drives)
+  if (key === shown.drives) return
+  shown.drives = key
+  at('drives').replaceChildren(drives.length === 0 ? html('p', { class: 'quiet' }, 'Nothing was driven yet.') : drivesTable(drives))
+})

@@ -5,13 +5,16 @@ import { counted } from '../words.js'
 import { ROOT, api, attempt, keep, may, whoAmI } from './office.js'
 import { ProtocolEditor } from './protocol_editor.js'
 import { TEMPLATE } from './template.js'
+import { Watch } from './watch.js'
 
 const REFRESH_MS = 3000
+const JOBS = 20
 
 const list = document.getElementById('studies')
 const summary = document.getElementById('summary')
 const desk = document.getElementById('desk')
 const button = document.getElementById('new-study')
+const watch = new Watch(document.getElementById('live'), document.getElementById('jobs'))
 let shown = ''
 
 const me = await whoAmI()
@@ -38,6 +41,7 @@ button.addEventListener('click', () => {
 
 void keep(REFRESH_MS, async () => {
   const { studies } = await api.get('studies')
+  watch.draw(await api.get('live'), await api.get(`jobs?limit=${JOBS}`), studies)
   const key = JSON.stringify(studies)
   if (key === shown) return
   shown = key
