@@ -1,31 +1,18 @@
 """Enrolment: places, quotas and the design, with people who come, go and come back."""
 
-import random
 import threading
 import uuid
-from collections import Counter
 from datetime import timedelta
 
 import pytest
-from sqlalchemy.orm import Session
 
 from app.errors import IdReused, UnknownLink
 from app.services import enrolment, flow, protocols
 from app.storage import participants, studies
 from app.storage.database import Database
-from app.storage.tables import ParticipantRow, StudyRow
+from app.storage.tables import StudyRow
+from tests.app.crowds import CELLS, PLACES, come_and_leave, imbalance
 from tests.app.factories import enrol, make_study, now
-
-CELLS = 6
-
-
-def imbalance(db: Session, study: StudyRow) -> int:
-    """How many more the fullest cell has than the emptiest, of those who hold a place."""
-    protocol = studies.latest(db, study.id)
-    assert protocol is not None
-    counts = studies.cell_counts(db, protocol.id, enrolment.LIVE)
-    spread = [counts.get(cell, 0) for cell in range(CELLS)]
-    return max(spread) - min(spread)
 
 
 def test_people_are_spread_evenly_over_the_orders(database: Database) -> None:
@@ -51,39 +38,12 @@ def test_a_study_takes_in_no_more_than_it_wants_and_freed_places_are_given_again
         assert imbalance(db, study) == 0
 
 
-def test_two_thousand_come_and_a_third_leaves_and_the_design_stays_even(
-    database: Database,
-) -> None:
+def test_hundreds_come_and_a_third_leaves_and_the_design_stays_even(database: Database) -> None:
     """Each does all of it in the end or leaves somewhere; whoever leaves is replaced."""
-    rng = random.Random(20261124)
-    worst, wanted, came = 0, 600, 0
-    with database.write() as db:
-        while came < 2000:
-            study = make_study(db, participants=wanted)
-            active: list[ParticipantRow] = []
-            while True:
-                try:
-                    active.append(enrol(db, study))
-                    came += 1
-                except enrolment.StudyFull:
-                    if not active:
-                        break
-                if len(active) > rng.randint(0, 20):
-                    person = active.pop(rng.randrange(len(active)))
-                    # Three of ten leave, before they have come to drive.
-                    if rng.random() < 0.3:
-                        enrolment.leave(db, person, rng.choice(("abandoned", "withdrawn")))
-                    else:
-                        person.place = 10
-                        person.state = "completed"
-                        db.flush()
-                worst = max(worst, imbalance(db, study)) if came % 7 == 0 else worst
-            protocol = studies.latest(db, study.id)
-            assert protocol is not None
-            done = studies.cell_counts(db, protocol.id, ("completed",))
-            assert sum(done.values()) == wanted
-            assert Counter(done.values()) == {wanted // CELLS: CELLS}
-    assert worst <= 1
+    found = come_and_leave(database, 800, seed=20261124)
+    assert 200 < found.left < 300
+    assert found.completed == [{cell: PLACES // CELLS for cell in range(CELLS)}]
+    assert found.worst <= 1
 
 
 def test_who_has_driven_keeps_their_order_when_others_leave(database: Database) -> None:
