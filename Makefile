@@ -59,12 +59,13 @@ check: $(VENV)/.test $(PANDA)/manifest.json
 bench: $(VENV)/.test $(PANDA)/manifest.json
 	$(BIN)/python -m tests.benchmarks
 
-# Two hours: hundreds of drives through a running server, a thousand random ones in each world,
-# and ten thousand people.
+# Three hours: hundreds of drives through a running server, a thousand random ones in each world,
+# ten thousand people, and trouble at every step of a study.
 soak: $(VENV)/.test $(PANDA)/manifest.json
 	$(BIN)/python -m tests.soak.driven_tasks
 	$(BIN)/python -m tests.soak.random_drives
 	$(BIN)/python -m tests.soak.many_people
+	$(BIN)/python -m tests.soak.interruptions
 
 # Half an hour on two cores. A run that was stopped goes on where it was; after a change of the code,
 # FRESH=--fresh begins anew.
