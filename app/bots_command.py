@@ -1,17 +1,29 @@
-"""``joymap bots``: simulated participants take part in a study of a running server."""
+"""``joymap bots``: simulated participants take part in a study."""
 
 import argparse
+import contextlib
 import sys
 from collections import Counter
-from typing import Any
+from collections.abc import Generator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from app.settings import Settings
+
+if TYPE_CHECKING:
+    from app.bots.crowd import Crowd
+    from app.bots.own_server import OwnStudy
+    from app.bots.visit import Report
 
 
 def add_bots(commands: Any) -> None:
     """Declare the command."""
     bots = commands.add_parser("bots", help="let simulated participants take part in a study")
-    bots.add_argument("--study", required=True, help="the study's shared link")
+    bots.add_argument(
+        "--study",
+        required=True,
+        help="the study's shared link; or its YAML file, for which a server is started and ended",
+    )
     bots.add_argument("--participants", type=int, default=4, help="how many (4)")
     bots.add_argument("--preference", default="random", help="their idea of the stick (random)")
     bots.add_argument("--label-noise", type=float, default=0.1, help="of their answers (0.1)")
@@ -25,24 +37,28 @@ def add_bots(commands: Any) -> None:
     bots.add_argument("--double-submit", action="store_true", help="they send everything twice")
     bots.add_argument("--reconnect", action="store_true", help="their connections break")
     bots.add_argument("--two-tabs", action="store_true", help="a second tab looks on")
+    bots.add_argument("--rude", type=float, default=1.0, help="share that is rude like that (1)")
+    own = bots.add_argument_group("with a YAML file")
+    own.add_argument("--out", type=Path, metavar="ZIP", help="where the study's export goes")
+    own.add_argument("--speed", type=float, default=1.0, help="of the arm's time (1)")
+    own.add_argument(
+        "--same",
+        metavar="STRATEGY",
+        help="secretly drive with this one under every name: a study that should find nothing",
+    )
 
 
-def run_bots(chosen: argparse.Namespace, _settings: Settings) -> int:
+def run_bots(chosen: argparse.Namespace, settings: Settings) -> int:
     """Let them come; 0 if all did what they came for."""
-    import asyncio
-
-    from rich.progress import Progress
-
-    from app.bots.crowd import Crowd, send
+    from app.bots.crowd import Crowd
+    from app.bots.own_server import OwnServerError
     from app.bots.person import Habits
-    from app.bots.visit import Report
     from models.errors import ModelsError
 
     wrong = _wrong(chosen)
     if wrong is not None:
-        print(f"joymap bots: {wrong}", file=sys.stderr)
-        return 2
-    adapts = 0.05 if chosen.adapting else 0.0
+        return _end(wrong)
+    adapts = 0.02 if chosen.adapting else 0.0
     crowd = Crowd(
         participants=chosen.participants,
         preference=chosen.preference,
@@ -53,20 +69,60 @@ def run_bots(chosen: argparse.Namespace, _settings: Settings) -> int:
         double_submit=chosen.double_submit,
         reconnect=chosen.reconnect,
         two_tabs=chosen.two_tabs,
+        rude_share=chosen.rude,
         gives_up_s=chosen.gives_up_s,
+        speed=chosen.speed,
     )
     try:
         crowd.person(0)
-    except ModelsError as error:
-        print(f"joymap bots: {error}", file=sys.stderr)
-        return 2
-    with Progress() as progress:
-        bar = progress.add_task("participants", total=float(chosen.participants))
+        with _study(chosen, settings) as (link, own):
+            reports = _send(crowd, link)
+            if own is not None:
+                own.export(chosen.out)
+    except (ModelsError, OwnServerError, OSError) as error:
+        return _end(str(error))
+    _say(reports)
+    if chosen.out is not None:
+        print(f"The study's data are in {chosen.out}.")
+    good = ("completed", "dropped out")
+    is_good = all(report.state in good and report.refusals == 0 for report in reports)
+    return 0 if is_good else 1
 
-        def note(reports: list[Report]) -> None:
+
+@contextlib.contextmanager
+def _study(
+    chosen: argparse.Namespace, settings: Settings
+) -> "Generator[tuple[str, OwnStudy | None]]":
+    """The link to join by, and the study if its server is the bots' own."""
+    if _is_link(chosen.study):
+        yield chosen.study.rstrip("/"), None
+        return
+    from app.bots.own_server import own_study
+
+    mine = {"JOYMAP_PANDA_DIR": str(settings.pack_dir), "JOYMAP_SPEED": str(chosen.speed)}
+    if chosen.same is not None:
+        mine["JOYMAP_SAME_STRATEGY"] = chosen.same
+    with own_study(Path(chosen.study).read_text(), mine) as own:
+        yield own.join_link, own
+
+
+def _send(crowd: "Crowd", link: str) -> "list[Report]":
+    import asyncio
+
+    from rich.progress import Progress
+
+    from app.bots.crowd import send
+
+    with Progress() as progress:
+        bar = progress.add_task("participants", total=float(crowd.participants))
+
+        def note(reports: "list[Report]") -> None:
             progress.update(bar, completed=sum(report.place for report in reports))
 
-        reports = asyncio.run(send(crowd, chosen.study.rstrip("/"), note))
+        return asyncio.run(send(crowd, link, note))
+
+
+def _say(reports: "list[Report]") -> None:
     for state, count in Counter(report.state for report in reports).most_common():
         print(f"{count} {state}")
     driven, waited = (
@@ -76,18 +132,38 @@ def run_bots(chosen: argparse.Namespace, _settings: Settings) -> int:
     refusals = sum(report.refusals for report in reports)
     share = driven / waited if waited else 1.0
     print(f"{drives} drives at {100 * share:.1f} % of real time; {refusals} answers with 5xx")
-    good = ("completed", "dropped out")
-    return 0 if refusals == 0 and all(report.state in good for report in reports) else 1
 
 
 def _wrong(chosen: argparse.Namespace) -> str | None:
     """What is wrong with the arguments."""
-    if "/join/" not in chosen.study:
-        return "--study takes a study's shared link, such as http://127.0.0.1:8000/join/…."
-    if chosen.participants < 1 or chosen.parallel < 1:
-        return "--participants and --parallel must be at least 1."
-    if not 0.0 <= chosen.drop_out <= 1.0:
-        return "--drop-out is a share between 0 and 1."
-    if min(chosen.label_noise, chosen.motor_noise, chosen.reaction_ms, chosen.gives_up_s) < 0.0:
-        return "noise and times cannot be negative."
-    return None
+    numbers = (chosen.label_noise, chosen.motor_noise, chosen.reaction_ms, chosen.gives_up_s)
+    is_link = _is_link(chosen.study)
+    checks = (
+        (
+            is_link or Path(chosen.study).is_file(),
+            "--study takes a study's shared link, such as http://127.0.0.1:8000/join/…, or a file.",
+        ),
+        (
+            chosen.participants >= 1 and chosen.parallel >= 1,
+            "--participants and --parallel must be at least 1.",
+        ),
+        (0.0 <= chosen.drop_out <= 1.0, "--drop-out is a share between 0 and 1."),
+        (0.0 <= chosen.rude <= 1.0, "--rude is a share between 0 and 1."),
+        (min(numbers) >= 0.0, "noise and times cannot be negative."),
+        (0.1 <= chosen.speed <= 20.0, "--speed lies between 0.1 and 20."),
+        (
+            not (is_link and (chosen.out or chosen.same or chosen.speed != 1.0)),
+            "--out, --speed and --same are for a study's file: a server has its own.",
+        ),
+        (is_link or chosen.out, "with a study's file, --out says where its export goes."),
+    )
+    return next((sentence for is_right, sentence in checks if not is_right), None)
+
+
+def _is_link(study: str) -> bool:
+    return "/join/" in study
+
+
+def _end(sentence: str) -> int:
+    print(f"joymap bots: {sentence}", file=sys.stderr)
+    return 2

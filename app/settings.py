@@ -53,6 +53,17 @@ class Settings(BaseSettings):
     )
     practice_s: PositiveFloat = Field(60.0, description="Time offered to practise, in seconds.")
     teleop_rate_hz: PositiveFloat = Field(60.0, description="Ticks of the control loop a second.")
+    speed: float = Field(
+        1.0,
+        ge=0.1,
+        le=20.0,
+        description="How much faster than real the arm's time goes: for simulated participants.",
+    )
+    same_strategy: str | None = Field(
+        None,
+        description="Everybody drives under this strategy, whatever theirs is called: a study that "
+        "should find no difference (an A/A test).",
+    )
     silence_s: PositiveFloat = Field(
         0.25, description="A stick not heard of for this long lets the arm hold, in seconds."
     )

@@ -227,6 +227,11 @@ TABLES: dict[str, Table] = {
             ),
             _integer("attempts", "how often a worker began it"),
             _number("training_s", "s", "how long it took"),
+            _text(
+                "curves",
+                "by strategy, [[step of the optimiser, supervised loss], …], JSON; "
+                "empty for what is not learned step by step",
+            ),
             _text("data_hash", "SHA-256 of all that it learned from"),
             _time("queued_at", "when it was wanted"),
             _time("ended_at", "when it ended; empty: not yet"),

@@ -2,48 +2,21 @@
 
 from collections.abc import Sequence
 from itertools import product
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from app.analysis.pictures import COLOURS, STYLE
 from app.analysis.simulation_rows import distinct, select, spread, values
 from models.experiment import METHODS, Row
 from models.tasks import get_task
 
-# Okabe and Ito's colours for all eyes (https://jfly.uni-koeln.de/color), greys for what learns
-# nothing and black for what is given everything.
-COLOURS = {
-    "no-align": "#bbbbbb",
-    "manual-align": "#777777",
-    "no-priors": "#e69f00",
-    "proportionality": "#56b4e9",
-    "reversibility": "#0072b2",
-    "consistency": "#009e73",
-    "all-priors": "#d55e00",
-    "ideal-align": "#000000",
-    "task-space": "#cc79a7",
-}
-ENDINGS = ("png", "pdf", "svg")
 _GROUP_WIDTH = 0.86  # of the distance between two noise levels
 _WIDEST_BAR = 0.2
 # Nobody sees an error of a thousandth of the move. Bars begin here; what is lower gets a mark.
 FLOOR = 1e-3
-_STYLE: dict[Any, Any] = {
-    "svg.hashsalt": "joymap",
-    "svg.fonttype": "none",
-    "font.size": 9.0,
-    "pdf.fonttype": 42,
-}
-# Without these every file would say when it was made, and by which version.
-_NO_DATES: dict[str, dict[str, str | None]] = {
-    "png": {"Software": None},
-    "pdf": {"CreationDate": None, "Producer": None, "Creator": None},
-    "svg": {"Date": None, "Creator": None},
-}
 # What a row of panels may stand for, beside the paper's one.
 _ROW_FACTORS = ("controller", "preference", "queries", "wrong_answers", "labels", "unlabelled")
 
@@ -65,7 +38,7 @@ def bars_figure(rows: Sequence[Row], rotation_weight: float) -> Figure:
         if any(len(distinct(select(rows, task=task), name)) > 1 for task in tasks)
     ]
     lines = list(product(*(distinct(rows, name) for name in varied)))
-    with rc_context(_STYLE):
+    with rc_context(STYLE):
         figure = Figure(
             figsize=(1.5 + 3.9 * len(tasks), 1.4 + 2.7 * len(lines)), layout="constrained"
         )
@@ -102,7 +75,7 @@ def labels_figure(rows: Sequence[Row], noise: float) -> Figure:
     """
     rows = select(rows, noise=noise)
     tasks = distinct(rows, "task")
-    with rc_context(_STYLE):
+    with rc_context(STYLE):
         figure = Figure(figsize=(1.5 + 3.2 * len(tasks), 3.6), layout="constrained")
         panels = figure.subplots(1, len(tasks), sharey=True, squeeze=False)[0]
         for panel, task in zip(panels, tasks, strict=True):
@@ -121,24 +94,6 @@ def labels_figure(rows: Sequence[Row], noise: float) -> Figure:
         handles, titles = panels[0].get_legend_handles_labels()
         figure.legend(handles, titles, loc="outside lower center", ncols=3, frameon=False)
     return figure
-
-
-def save_figure(figure: Figure, stem: Path, endings: Sequence[str] = ENDINGS) -> list[Path]:
-    """Write a figure as ``STEM.png`` and so on; same figure, same bytes.
-
-    Args:
-        figure: What to write.
-        stem: The files' path without their ending.
-        endings: Of "png", "pdf" and "svg".
-    """
-    paths = [stem.parent / f"{stem.name}.{ending}" for ending in endings]
-    with rc_context(_STYLE):
-        # Once for all files: finding the layout is what takes the time.
-        figure.draw_without_rendering()
-        figure.set_layout_engine("none")
-        for path, ending in zip(paths, endings, strict=True):
-            figure.savefig(path, format=ending, dpi=150, metadata=_NO_DATES[ending])
-    return paths
 
 
 def _bars(panel: Axes, rows: Sequence[Row], task: str, chosen: dict[str, object]) -> None:

@@ -6,7 +6,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from app.analysis.simulation_figure import ENDINGS, bars_figure, save_figure
+from app.analysis.pictures import ENDINGS, save_figure
+from app.analysis.simulation_figure import bars_figure
 from app.analysis.simulation_grid import Grid
 from app.analysis.simulation_rows import (
     SimulationError,

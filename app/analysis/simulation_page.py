@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.analysis import simulation_tables as md
+from app.analysis.pictures import save_figure
 from app.analysis.simulation_claims import (
     Bar,
     Count,
@@ -21,7 +22,7 @@ from app.analysis.simulation_claims import (
     ratio,
     tasks,
 )
-from app.analysis.simulation_figure import bars_figure, labels_figure, save_figure
+from app.analysis.simulation_figure import bars_figure, labels_figure
 from app.analysis.simulation_hypotheses import hypotheses, other_claims
 from app.analysis.simulation_output import Run
 from app.analysis.simulation_progress import duration

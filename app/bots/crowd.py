@@ -28,6 +28,8 @@ class Crowd:
         reconnect: Whether their connections break now and then.
         two_tabs: Whether a second tab looks on.
         rude_share: The share of them that is rude in these ways.
+        gives_up_s: After how long they give an attempt up.
+        speed: How much faster than real the server's arms are.
     """
 
     participants: int
@@ -41,6 +43,7 @@ class Crowd:
     two_tabs: bool = False
     rude_share: float = 1.0
     gives_up_s: float = 60.0
+    speed: float = 1.0
 
     def person(self, index: int) -> Person:
         """The person of that number."""
@@ -77,8 +80,8 @@ async def send(crowd: Crowd, join_link: str, note: Callable[[list[Report]], None
         async with room, httpx.AsyncClient(timeout=30.0, limits=limits) as http:
             try:
                 link = await _join(http, join_link, f"bot-{crowd.seed}-{index}")
-                visit = Visit(link, crowd.person(index), crowd.manners(index), reports[index])
-                await visit.run(http)
+                person, manners = crowd.person(index), crowd.manners(index)
+                await Visit(link, person, manners, reports[index], crowd.speed).run(http)
             except Gone as error:
                 reports[index].state = str(error)
             except Exception as error:

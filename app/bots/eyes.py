@@ -27,25 +27,33 @@ _REACH_M = {"far": 0.60, "near": 0.42, "start": 0.51, "bowl": 0.58}
 
 @dataclass(frozen=True)
 class Sight:
-    """The hand, the words, and the numbers."""
+    """The hand, the words, the numbers, and whether the arm moves by itself."""
 
     hand: HandPose
     says: str
     counts: dict[str, int] = field(default_factory=dict)
     can_grasp: bool = False
+    is_by_itself: bool = False
 
     @classmethod
     def of(cls, attempt: Attempt) -> "Sight":
         """Without a page."""
         progress = attempt.progress
         pose = hand_pose(attempt.simulation.hand)
-        return cls(pose, progress.says, progress.counts, attempt.can_grasp)
+        is_by_itself = attempt.way is not None
+        return cls(pose, progress.says, progress.counts, attempt.can_grasp, is_by_itself)
 
     @classmethod
     def of_status(cls, status: dict[str, Any]) -> "Sight":
         """On a page, which is told so."""
         progress = status["progress"]
-        return cls(hand_of(status), progress["says"], progress["counts"], progress["can_grasp"])
+        return cls(
+            hand_of(status),
+            progress["says"],
+            progress["counts"],
+            progress["can_grasp"],
+            status["hold"] == "by-itself",
+        )
 
 
 def hand_of(status: dict[str, Any]) -> HandPose:
@@ -54,8 +62,11 @@ def hand_of(status: dict[str, Any]) -> HandPose:
 
 
 def wish(task: str, sight: Sight) -> np.ndarray:
-    """Where they want the hand to go now: ``(2,)`` in the task's degrees of freedom, [m/s]."""
-    return _WISHES[task](sight)
+    """Where they want the hand to go now: ``(2,)`` in the task's degrees of freedom, [m/s].
+
+    While the arm moves by itself they wait.
+    """
+    return np.zeros(2) if sight.is_by_itself else _WISHES[task](sight)
 
 
 def presses(sight: Sight) -> bool:

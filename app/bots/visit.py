@@ -84,6 +84,7 @@ class Visit:
     person: Person
     manners: Manners
     report: Report = field(default_factory=Report)
+    speed: float = 1.0  # of the arm's time, which is theirs while they look at it and drive
     _felt: list[Felt] = field(default_factory=list)
 
     async def run(self, http: httpx.AsyncClient) -> Report:
@@ -125,6 +126,9 @@ class Visit:
             case _:
                 return await self._fill_in(session)
 
+    def _now_s(self) -> float:
+        return self.speed * time.monotonic()
+
     # Questions.
 
     async def _answer(self, session: dict[str, Any]) -> dict[str, Any]:
@@ -135,14 +139,14 @@ class Visit:
                 if not waiting:
                     raise Gone("everything is answered and the questions do not end")
                 query_id = waiting[0]["id"]
-                began_s = time.monotonic()
+                began_s = self._now_s()
                 before, after = await self._watch(page, query_id)
                 h = self.person.label(task, before, after, _SHOWN_STEPS)
                 session = await self._post(
                     "answers",
                     query_id=query_id,
                     h=h.tolist(),
-                    thinking_time_s=time.monotonic() - began_s,
+                    thinking_time_s=self._now_s() - began_s,
                 )
         return session
 
@@ -201,7 +205,7 @@ class Visit:
     async def _attempt(self, task: Task, drive_id: str) -> dict[str, Any]:
         """One try, with a break of the connection now and then for those who have such a line."""
         self.person.pause()
-        began_s, progress = time.monotonic(), None
+        began_s, progress = self._now_s(), None
         breaks = iter(
             self.person.rng.uniform(2.0, 8.0, 5).tolist() if self.manners.reconnect else []
         )
@@ -210,7 +214,7 @@ class Visit:
                 progress = await self._steer(page, task, drive_id, began_s, next(breaks, np.inf))
         self.report.drives += 1
         self.report.driven_s += progress["elapsed_s"]
-        self.report.waited_s += time.monotonic() - began_s
+        self.report.waited_s += self._now_s() - began_s
         return progress
 
     async def _steer(
@@ -218,11 +222,11 @@ class Visit:
     ) -> dict[str, Any] | None:
         """Steer until the attempt ends, or (None) until the connection breaks."""
         seen: list[tuple[float, dict[str, Any]]] = []
-        until_s, last_s, sequence = time.monotonic() + break_s, time.monotonic(), 0
-        listening = asyncio.create_task(page.keep(seen))
+        until_s, last_s, sequence = self._now_s() + break_s, self._now_s(), 0
+        listening = asyncio.create_task(page.keep(seen, self._now_s))
         try:
             while True:
-                now_s = time.monotonic()
+                now_s = self._now_s()
                 if now_s > until_s or listening.done():
                     return None
                 mine = [status for _, status in seen if status["drive_id"] == drive_id]
@@ -243,7 +247,7 @@ class Visit:
                     del seen[: max(0, len(seen) - 60)]
                     await self._push(page, task, old[-1], sequence, now_s - last_s)
                     last_s, sequence = now_s, sequence + 1
-                await asyncio.sleep(1.0 / STICK_HZ)
+                await asyncio.sleep(1.0 / STICK_HZ / self.speed)
         except ConnectionClosed:
             return None
         finally:
@@ -256,7 +260,7 @@ class Visit:
         if eyes.presses(sight):
             await page.send(type="press")
         wanted = eyes.wish(task.name, sight)
-        x, y = self.person.push(task, wanted, sight.hand, time.monotonic(), dt_s).tolist()
+        x, y = self.person.push(task, wanted, sight.hand, self._now_s(), dt_s).tolist()
         await page.send(type="stick", seq=sequence, x=x, y=y)
 
     # Questionnaires.
@@ -343,10 +347,13 @@ class _Page:
             if message["type"] == "status":
                 return message
 
-    async def keep(self, seen: list[tuple[float, dict[str, Any]]]) -> None:
+    async def keep(
+        self, seen: list[tuple[float, dict[str, Any]]], clock: Callable[[], float]
+    ) -> None:
         """Remember every status with the time at which it was seen."""
         while True:
-            seen.append((time.monotonic(), await self.next_status()))
+            status = await self.next_status()
+            seen.append((clock(), status))
 
 
 async def _drop_everything(socket: ClientConnection) -> None:

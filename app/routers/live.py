@@ -2,7 +2,6 @@
 
 import asyncio
 import json
-import time
 from typing import Annotated, NoReturn
 
 from fastapi import APIRouter, Depends, Query, WebSocket, WebSocketDisconnect
@@ -72,7 +71,7 @@ async def steer(
     await socket.accept()
     session.pages += 1
     session.take_stick(tab)
-    telling = asyncio.create_task(_tell(socket, session, tab))
+    telling = asyncio.create_task(_tell(socket, session, tab, here))
     try:
         while True:
             message = await socket.receive()
@@ -99,7 +98,7 @@ async def _follow(text: str, here: Service, session: LiveSession, tab: str) -> s
             case StickIn() if not session.is_driven:
                 return "The arm is not being driven: that comes after the training."
             case StickIn():
-                session.move_stick(tab, message.x, message.y, time.monotonic())
+                session.move_stick(tab, message.x, message.y, here.live.now_s())
             case ShowIn():
                 await here.live.show(session, message.query_id)
             case ArrowsIn():
@@ -127,15 +126,15 @@ def _refuse(constant: str) -> NoReturn:
     raise ValueError(f"{constant} is not a number a stick can give")
 
 
-async def _tell(socket: WebSocket, session: LiveSession, tab: str) -> None:
+async def _tell(socket: WebSocket, session: LiveSession, tab: str, here: Service) -> None:
     """Tell a page what the arm is doing, when that changes and at least once a second."""
     told, told_s = "", 0.0
     while not session.is_closed:
-        now = time.monotonic()
+        now = here.live.now_s()
         status = session.status(tab, now).model_dump_json()
         if status != told or now - told_s > _STATUS_AT_LEAST_S:
             await socket.send_text(status)
             told, told_s = status, now
-        await asyncio.sleep(_STATUS_S)
+        await asyncio.sleep(_STATUS_S / here.settings.speed)
     # The person has gone on to another task: whoever comes back gets the arm of that one.
     await socket.close(1012)

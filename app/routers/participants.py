@@ -1,6 +1,5 @@
 """A participant's steps over HTTP. Each request is one transaction, answered after its commit."""
 
-import time
 from datetime import UTC, datetime
 
 from fastapi import APIRouter, Depends, Response
@@ -241,7 +240,8 @@ def _open_drive(here: Service, participant_id: str, drive: DriveIn) -> drive_ser
             str(drive.id),
             drive.strategy,
             boot=here.boot,
-            now_s=time.monotonic(),
+            now_s=here.live.now_s(),
+            same_strategy=here.settings.same_strategy,
         )
 
 

@@ -1,7 +1,6 @@
 """Watching a study: whose arms are live, a look at one of them, and what is being learned."""
 
 import asyncio
-import time
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Query, Request, Response, WebSocket
@@ -43,7 +42,7 @@ class NobodyIsThere(JoymapError):
 @router.get("/api/v1/live")
 async def read_live(here: Here) -> LivesOut:
     """Every arm that somebody has in front of them now, with their step and what the arm does."""
-    now_s = time.monotonic()
+    now_s = here.live.now_s()
     seen = [
         Live(session.participant_id, session.pages > 0, session.status("", now_s))
         for session in here.live.all()

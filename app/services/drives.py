@@ -76,10 +76,12 @@ def open_drive(
     *,
     boot: str,
     now_s: float,
+    same_strategy: str | None = None,
 ) -> OpenedDrive:
     """Open a drive and end the one before it; asking again with the same id changes nothing.
 
-    In a block the protocol says under which strategy; who drives freely chooses.
+    In a block the protocol says under which strategy; who drives freely chooses. With
+    ``same_strategy`` that is the name it is kept under, and what is driven with is that one.
 
     Raises:
         UnknownStrategy: If there is no such strategy.
@@ -100,8 +102,9 @@ def open_drive(
     if not training.is_ready(db, participant, task):
         raise WrongStep("It is too early for that: the robot is still learning.")
     alignment: AlignmentRow | None = None
-    if strategy != NO_ALIGN:
-        alignment = jobs.alignment(db, participant.id, task, strategy)
+    used = same_strategy or strategy
+    if used != NO_ALIGN:
+        alignment = jobs.alignment(db, participant.id, task, used)
         if alignment is None:
             raise WrongStep("The robot has not learned that way of steering.")
     opened = OpenedDrive(

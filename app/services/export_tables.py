@@ -151,6 +151,7 @@ def _trainings(source: Source, who: ParticipantRow) -> Iterator[TableRow]:
             "state": row.state,
             "attempts": row.attempt,
             "training_s": row.training_s,
+            "curves": _json({name: part["curve"] for name, part in row.report.items()}),
             "data_hash": row.data_hash,
             "queued_at": _iso(row.queued_at),
             "ended_at": _iso(row.ended_at),

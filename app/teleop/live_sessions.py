@@ -54,6 +54,10 @@ class LiveSessions:
         self._following = asyncio.Lock()
         self._unseen_since: dict[str, float] = {}
 
+    def now_s(self) -> float:
+        """The arms' own clock, in [s]: the machine's monotonic one, or faster for rehearsals."""
+        return time.monotonic() * self._settings.speed
+
     async def session(self, participant: ParticipantRow) -> LiveSession:
         """The participant's live session at the task they are at, made if there is none."""
         async with self._opening:
@@ -125,7 +129,7 @@ class LiveSessions:
     async def show(self, session: LiveSession, query_id: str) -> None:
         """Play the move of one of the participant's questions."""
         path, hand_path = await asyncio.to_thread(self._read_move, session.participant_id, query_id)
-        session.show(query_id, path, hand_path, time.monotonic())
+        session.show(query_id, path, hand_path, self.now_s())
 
     async def start_drive(self, participant: ParticipantRow, opened: OpenedDrive) -> None:
         """Let the person drive."""
@@ -159,7 +163,7 @@ class LiveSessions:
         recording = asyncio.create_task(self.recorder.run())
         try:
             async with asyncio.TaskGroup() as tasks:
-                tasks.create_task(self.loop.run(time.monotonic))
+                tasks.create_task(self.loop.run(self.now_s, self._settings.speed))
                 tasks.create_task(self._close_unseen())
         finally:
             for session in self.loop.sessions.values():

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from app.analysis.study_export import read_export
 from app.bots.crowd import Crowd, send
 from app.bots.opinions import Felt, respond
 from app.bots.person import Habits, Person
@@ -60,9 +61,40 @@ def test_bots_do_all_that_a_study_asks_and_rude_ones_leave_no_trace(tmp_path: Pa
         assert sorted(best) == sorted(positions.values())
 
 
+def test_a_study_in_a_file_gets_a_server_an_export_and_the_same_steering(tmp_path: Path) -> None:
+    study, out = tmp_path / "study.yaml", tmp_path / "study.zip"
+    study.write_text(
+        "title: A/A\ntasks: [{task: avoid, labels: 5, unlabelled: 200}]\n"
+        "strategies: [no-align, all-priors]\npractice_s: 0\n"
+    )
+    words = ["--study", str(study), "--out", str(out), "--participants", "1", "--seed", "7"]
+    assert main(["bots", *words, "--speed", "3", "--same", "all-priors"]) == 0
+    export = read_export(out)
+    drives = export.tables["drives"]
+    assert sorted(drive["strategy"] for drive in drives) == ["all-priors", "no-align"]
+    assert len({drive["alignment"] for drive in drives}) == 1
+    assert all(drive["is_success"] for drive in drives)
+    assert {ticks.drive for ticks in export.ticks(["hand_x"])} == {
+        drive["drive"] for drive in drives
+    }
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["study.yaml", "study.zip"]
+
+
+def test_a_file_that_is_no_protocol_is_refused_in_one_line(tmp_path: Path, capsys: object) -> None:
+    study = tmp_path / "study.yaml"
+    study.write_text("title: Bad\ntasks: [{task: fly}]\n")
+    assert main(["bots", "--study", str(study), "--out", str(tmp_path / "o.zip")]) == 2
+    heard = capsys.readouterr().err  # type: ignore[attr-defined]
+    assert "fly" in heard
+    assert heard.count("\n") == 1
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
+        (["--study", "http://x/join/abc", "--speed", "2"], "a server has its own"),
+        (["--study", "nothing.yaml"], "or a file"),
+        (["--study", "README.md"], "--out"),
         (["--study", "http://x/p/abc"], "shared link"),
         (["--study", "http://x/join/abc", "--participants", "0"], "at least 1"),
         (["--study", "http://x/join/abc", "--drop-out", "2"], "share"),
@@ -85,16 +117,33 @@ def test_whoever_adapts_learns_what_the_stick_really_does() -> None:
         habits = Habits(motor_noise=0.05, adapts=adapts)
         person = Person(axes(), habits, np.random.default_rng(1))
         place, rng, misses = np.array([0.5, 0.0, 0.3]), np.random.default_rng(2), []
+        hands: list[HandPose] = []
         for tick in range(900):
             wanted = rng.normal(size=2) * 0.1 if tick % 30 == 0 else wanted
-            hand = HandPose(place.copy(), np.eye(3))
-            h = person.push(task, wanted, hand, tick / 30, 1 / 30)
+            hands.append(HandPose(place.copy(), np.eye(3)))
+            seen = hands[max(0, tick - 6)]  # a reaction time ago
+            h = person.push(task, wanted, seen, tick / 30, 1 / 30)
             change = turned @ h * 0.2 / 30
             place[:2] += change
             misses.append(abs(np.angle(complex(*change) / complex(*wanted))))
         last[adapts] = np.rad2deg(np.mean(misses[-150:]))
     assert last[0.0] == pytest.approx(60.0, abs=8.0)
     assert last[0.05] < 15.0
+
+
+@pytest.mark.parametrize(("goes", "undone"), [(1.0, 0.0), (-1.0, 0.1), (0.0, 0.1)])
+def test_who_gets_no_closer_takes_it_back_and_tries_elsewhere(goes: float, undone: float) -> None:
+    """The hand follows the stick, goes the other way, or stands still."""
+    task = get_task("avoid")
+    person = Person(axes(), Habits(motor_noise=0.0), np.random.default_rng(3))
+    place, hands, pushes = np.array([0.5, 0.0, 0.3]), list[HandPose](), []
+    for tick in range(300):
+        hands.append(HandPose(place.copy(), np.eye(3)))
+        seen = hands[max(0, tick - 6)]
+        pushes.append(person.push(task, np.array([0.1, 0.0]), seen, tick / 30, 1 / 30))
+        place[:2] += goes * 0.2 / 30 * pushes[-1]
+    turned = np.mean([push @ pushes[0] < -0.5 * (pushes[0] @ pushes[0]) for push in pushes])
+    assert turned == undone if undone == 0.0 else turned > undone
 
 
 def test_the_same_seed_is_the_same_person() -> None:

@@ -7,13 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.container import BarContainer
 from matplotlib.figure import Figure
 
-from app.analysis.simulation_figure import (
-    COLOURS,
-    FLOOR,
-    bars_figure,
-    labels_figure,
-    save_figure,
-)
+from app.analysis.pictures import COLOURS, save_figure
+from app.analysis.simulation_figure import FLOOR, bars_figure, labels_figure
 from models.experiment import METHODS
 from tests.app.analysis.experiments import GOOD, labels_rows, make_row, paper_rows
 

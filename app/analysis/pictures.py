@@ -1,0 +1,53 @@
+"""What all pictures share: a colour a strategy, and files that are the same for the same data."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+# Okabe and Ito's colours for all eyes (https://jfly.uni-koeln.de/color), greys for what learns
+# nothing and black for what is given everything.
+COLOURS = {
+    "no-align": "#bbbbbb",
+    "manual-align": "#777777",
+    "no-priors": "#e69f00",
+    "proportionality": "#56b4e9",
+    "reversibility": "#0072b2",
+    "consistency": "#009e73",
+    "all-priors": "#d55e00",
+    "ideal-align": "#000000",
+    "task-space": "#cc79a7",
+}
+ENDINGS = ("png", "pdf", "svg")
+STYLE: dict[Any, Any] = {
+    "svg.hashsalt": "joymap",
+    "svg.fonttype": "none",
+    "font.size": 9.0,
+    "pdf.fonttype": 42,
+}
+# Without these every file would say when it was made, and by which version.
+_NO_DATES: dict[str, dict[str, str | None]] = {
+    "png": {"Software": None},
+    "pdf": {"CreationDate": None, "Producer": None, "Creator": None},
+    "svg": {"Date": None, "Creator": None},
+}
+
+
+def save_figure(figure: Figure, stem: Path, endings: Sequence[str] = ENDINGS) -> list[Path]:
+    """Write a figure as ``STEM.png`` and so on; same figure, same bytes.
+
+    Args:
+        figure: What to write.
+        stem: The files' path without their ending.
+        endings: Of "png", "pdf" and "svg".
+    """
+    paths = [stem.parent / f"{stem.name}.{ending}" for ending in endings]
+    with rc_context(STYLE):
+        # Once for all files: finding the layout is what takes the time.
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
+        for path, ending in zip(paths, endings, strict=True):
+            figure.savefig(path, format=ending, dpi=150, metadata=_NO_DATES[ending])
+    return paths
