@@ -2,7 +2,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DELETE_ON_ERROR:
-.PHONY: run setup test check bench soak simulation controllers lock clean
+.PHONY: run setup test check bench soak simulation simulated-study controllers lock clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -66,6 +66,17 @@ soak: $(VENV)/.test $(PANDA)/manifest.json
 	$(BIN)/python -m tests.soak.random_drives
 	$(BIN)/python -m tests.soak.many_people
 	$(BIN)/python -m tests.soak.interruptions
+
+# Half an hour on two cores: three studies of ten simulated people each, through a server.
+STUDIES := $(DATA)/simulated-study
+BOTS := $(BIN)/joymap bots --study examples/paper-study.yaml --participants 10 --parallel 10
+simulated-study: setup
+	mkdir -p $(STUDIES)
+	$(BOTS) --seed 100 --out $(STUDIES)/first.zip
+	$(BOTS) --seed 200 --out $(STUDIES)/held-out.zip
+	$(BOTS) --seed 300 --same all-priors --out $(STUDIES)/same.zip
+	$(BIN)/joymap study-page --first $(STUDIES)/first.zip --held-out $(STUDIES)/held-out.zip \
+	  --same $(STUDIES)/same.zip --out docs/simulated-study.md
 
 # Half an hour on two cores. A run that was stopped goes on where it was; after a change of the code,
 # FRESH=--fresh begins anew.

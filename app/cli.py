@@ -11,6 +11,7 @@ from pydantic import ValidationError
 
 from app.bots_command import add_bots, run_bots
 from app.export_command import add_export, run_export
+from app.figures_command import add_figures, run_figures, run_study_page
 from app.settings import Settings
 from app.simulate_command import THREAD_COUNTS, add_simulate, run_page, run_simulate
 from models.errors import ModelsError
@@ -36,6 +37,7 @@ def main(arguments: list[str] | None = None) -> int:
     add_simulate(commands)
     add_export(commands)
     add_bots(commands)
+    add_figures(commands)
     chosen = parser.parse_args(arguments)
     options = {
         name: value
@@ -52,25 +54,17 @@ def main(arguments: list[str] | None = None) -> int:
     # the control loop and the trainings, or by the workers of a simulation.
     for name in THREAD_COUNTS:
         os.environ.setdefault(name, "1")
-    if chosen.command == "simulate":
-        return run_simulate(chosen, settings)
-    if chosen.command == "simulate-page":
-        return run_page(chosen, settings)
-    if chosen.command == "export":
-        return run_export(chosen, settings)
-    if chosen.command == "bots":
-        return run_bots(chosen, settings)
-    return {"serve": _serve, "migrate": _migrate}[chosen.command](settings)
+    return _COMMANDS[chosen.command](chosen, settings)
 
 
-def _migrate(settings: Settings) -> int:
+def _migrate(_chosen: argparse.Namespace, settings: Settings) -> int:
     from app.storage.database import migrate
 
     migrate(settings.database_path)
     return 0
 
 
-def _serve(settings: Settings) -> int:
+def _serve(_chosen: argparse.Namespace, settings: Settings) -> int:
     logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
     logging.getLogger("alembic").setLevel(logging.WARNING)
 
@@ -110,6 +104,17 @@ def _listen(settings: Settings) -> socket.socket:
     listener.bind((settings.host, settings.port))
     return listener
 
+
+_COMMANDS = {
+    "serve": _serve,
+    "migrate": _migrate,
+    "simulate": run_simulate,
+    "simulate-page": run_page,
+    "export": run_export,
+    "bots": run_bots,
+    "figures": run_figures,
+    "study-page": run_study_page,
+}
 
 if __name__ == "__main__":
     sys.exit(main())

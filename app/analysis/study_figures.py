@@ -21,7 +21,7 @@ from app.analysis.measures import heat_map
 from app.analysis.pictures import COLOURS, STYLE
 from app.analysis.study_export import StudyExport
 from models.alignment import STRATEGIES
-from models.tasks import get_task
+from models.tasks import TASKS, get_task
 
 _QUATERNION = ("hand_qw", "hand_qx", "hand_qy", "hand_qz")
 _TICKS = ("raw_x", "raw_y", "hand_x", "hand_y", *_QUATERNION)
@@ -321,7 +321,7 @@ def _sticks(rows: values.Rows, sticks: _Sticks) -> Callable[[], Figure]:
 
 def _consistency(again: Sequence[values.Repeat]) -> Callable[[], Figure]:
     def draw() -> Figure:
-        tasks = list(dict.fromkeys(each.task for each in again))
+        tasks = [name for name in TASKS if any(each.task == name for each in again)]
         people = sorted({each.participant for each in again})
         figure = Figure(figsize=(1.6 + 1.8 * len(tasks), 3.0), layout="constrained")
         panel = figure.subplots()
