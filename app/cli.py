@@ -12,6 +12,7 @@ from pydantic import ValidationError
 from app.bots_command import add_bots, run_bots
 from app.export_command import add_export, run_export
 from app.figures_command import add_figures, run_figures, run_study_page
+from app.power_command import add_power, run_power
 from app.settings import Settings
 from app.simulate_command import THREAD_COUNTS, add_simulate, run_page, run_simulate
 from models.errors import ModelsError
@@ -38,6 +39,7 @@ def main(arguments: list[str] | None = None) -> int:
     add_export(commands)
     add_bots(commands)
     add_figures(commands)
+    add_power(commands)
     chosen = parser.parse_args(arguments)
     options = {
         name: value
@@ -112,6 +114,7 @@ _COMMANDS = {
     "simulate-page": run_page,
     "export": run_export,
     "bots": run_bots,
+    "power": run_power,
     "figures": run_figures,
     "study-page": run_study_page,
 }

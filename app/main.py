@@ -20,6 +20,7 @@ from starlette.exceptions import HTTPException
 
 from app.doors import BodyLimit, SecurityHeaders, refusal
 from app.errors import JoymapError
+from app.jobs.figures import FigureDesk
 from app.jobs.supervisor import Supervisor
 from app.routers import ROUTERS, pages
 from app.routers.dependencies import Service
@@ -61,6 +62,7 @@ def create_app(settings: Settings) -> FastAPI:
             live=LiveSessions(settings, database, pack, controllers, kinematics),
             replays=Replays(database, pack),
             supervisor=supervisor,
+            figures=FigureDesk(settings),
             doorkeeper=Doorkeeper(time.monotonic),
             controllers=controllers,
             kinematics=kinematics,
@@ -83,6 +85,7 @@ def create_app(settings: Settings) -> FastAPI:
         gc.collect()
         gc.freeze()
         yield
+        await service.figures.close()
         for task in running:
             task.cancel()
         await asyncio.gather(*running, return_exceptions=True)

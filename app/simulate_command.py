@@ -157,6 +157,7 @@ def _carry_out(chosen: argparse.Namespace, grid: "Grid", cells: list[Any], worke
     from app.analysis.simulation_progress import duration, progress, say
     from app.analysis.simulation_rows import write_file
     from app.analysis.simulation_run import run_cells
+    from models.experiment import run_cell
 
     console = Console(stderr=True)
     with open_journal(chosen.out, is_fresh=chosen.fresh) as journal:
@@ -166,7 +167,7 @@ def _carry_out(chosen: argparse.Namespace, grid: "Grid", cells: list[Any], worke
         if missing:
             remove_results(chosen.out)
         with progress(console, len(cells) - len(missing), len(cells)) as on_end:
-            failures = run_cells(missing, journal, workers, on_end)
+            failures = run_cells(missing, journal.add, workers, on_end, run_cell)
         done = [cell for cell in cells if cell in journal.rows]
         run = Run(
             chosen.out,

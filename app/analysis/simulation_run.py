@@ -1,4 +1,4 @@
-"""Carries the cells of a grid out in worker processes."""
+"""Carries cells out in worker processes: those of a grid, or whatever else a run is made of."""
 
 import multiprocessing
 import os
@@ -10,14 +10,16 @@ from concurrent.futures import Future, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import torch
 from pebble import ProcessExpired, ProcessPool
 
-from app.analysis.simulation_journal import Journal
 from app.analysis.simulation_rows import SimulationError
 from models.errors import ModelsError
-from models.experiment import Cell, Row, run_cell
+
+C = TypeVar("C")  # a cell: all that decides a row
+R = TypeVar("R")  # a row: what comes of it
 
 
 class WorkersKilled(SimulationError):
@@ -25,27 +27,27 @@ class WorkersKilled(SimulationError):
 
 
 @dataclass(frozen=True)
-class Failure:
+class Failure(Generic[C]):
     """A cell that came to nothing, and why, in one sentence."""
 
-    cell: Cell
+    cell: C
     reason: str
 
 
 def run_cells(
-    cells: Sequence[Cell],
-    journal: Journal,
+    cells: Sequence[C],
+    keep: Callable[[C, R, float], None],
     workers: int,
-    on_end: Callable[[Failure | None], None],
-    run: Callable[[Cell], Row] = run_cell,
-) -> list[Failure]:
+    on_end: Callable[[Failure[C] | None], None],
+    run: Callable[[C], R],
+) -> list[Failure[C]]:
     """Run the cells, in their order as far as workers are free, and keep each row at once.
 
     A cell that fails leaves the others alone.
 
     Args:
         cells: What to run.
-        journal: Takes the rows.
+        keep: Takes a cell, its row, and how long it took in [s]; it is not lost then.
         workers: How many processes.
         on_end: Called after each cell, with what went wrong or ``None``.
         run: What a worker does with a cell; importable by name.
@@ -54,21 +56,23 @@ def run_cells(
         WorkersKilled: If the workers were killed from outside.
         KeyboardInterrupt: On Ctrl-C; every row that was finished is kept.
     """
-    failures: list[Failure] = []
+    failures: list[Failure[C]] = []
     with _pool(workers) as pool:
         with _ignoring_ctrl_c():
-            futures: dict[Future[tuple[Row, float]], Cell] = {
+            futures: dict[Future[tuple[R, float]], C] = {
                 pool.schedule(_timed, args=(run, cell)): cell for cell in cells
             }
         for future in as_completed(futures):
             cell = futures[future]
-            failure = _keep(future, cell, journal)
+            failure = _end(future, cell, keep)
             failures += [failure] if failure else []
             on_end(failure)
     return failures
 
 
-def _keep(future: Future[tuple[Row, float]], cell: Cell, journal: Journal) -> Failure | None:
+def _end(
+    future: Future[tuple[R, float]], cell: C, keep: Callable[[C, R, float], None]
+) -> Failure[C] | None:
     try:
         row, seconds = future.result()
     except BrokenProcessPool as error:
@@ -82,7 +86,7 @@ def _keep(future: Future[tuple[Row, float]], cell: Cell, journal: Journal) -> Fa
     except Exception as error:
         # Whatever it is, it is this cell's alone; its kind helps those who look for the cause.
         return Failure(cell, f"{type(error).__name__}: {error}")
-    journal.add(cell, row, seconds)
+    keep(cell, row, seconds)
     return None
 
 
@@ -111,7 +115,7 @@ def _ignoring_ctrl_c() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def _timed(run: Callable[[Cell], Row], cell: Cell) -> tuple[Row, float]:
+def _timed(run: Callable[[C], R], cell: C) -> tuple[R, float]:
     began_s = time.perf_counter()
     return run(cell), time.perf_counter() - began_s
 

@@ -4,6 +4,7 @@ from app.routers import (
     accounts,
     experimenter,
     exports,
+    figures,
     join,
     live,
     pages,
@@ -22,6 +23,7 @@ ROUTERS = (
     studies.router,
     experimenter.router,
     exports.router,
+    figures.router,
     replays.router,
     watching.router,
 )

@@ -8,6 +8,7 @@ from fastapi import Depends, Request, Response
 from fastapi.requests import HTTPConnection
 
 from app.errors import ForeignOrigin, UnknownLink
+from app.jobs.figures import FigureDesk
 from app.jobs.supervisor import Supervisor
 from app.services import accounts, enrolment
 from app.services.accounts import Experimenter, NotByKey, NotYours
@@ -35,6 +36,7 @@ class Service:
     live: LiveSessions
     replays: Replays
     supervisor: Supervisor
+    figures: FigureDesk
     doorkeeper: Doorkeeper
     controllers: dict[str, LatentController]
     kinematics: Kinematics

@@ -1,18 +1,17 @@
 """A study's data, as a download that is sent while it is made."""
 
 import asyncio
-import os
-import sys
 from collections.abc import AsyncGenerator
-from contextlib import suppress
 from typing import Literal
 
 from fastapi import APIRouter, Depends
 from fastapi.responses import StreamingResponse
 
+from app.jobs import commands
 from app.routers.dependencies import Assistant, Here, same_origin
 from app.routers.descriptions import MISSING, REFUSED, name_of
 from app.services import audit, studies
+from app.settings import Settings
 
 router = APIRouter(
     prefix="/api/v1",
@@ -24,7 +23,6 @@ router = APIRouter(
 
 _BYTES = {"type": "string", "format": "binary"}
 _BLOCK = 1 << 16
-_NICE = 10
 _PATIENCE_S = 60.0  # with a browser that takes nothing: the export holds the data as they are
 
 
@@ -48,29 +46,19 @@ def export(
     options = ["--out", "-", "--format", format]
     options += [] if with_excluded else ["--without-excluded"]
     options += [] if with_lerobot else ["--no-lerobot"]
-    # In a process of its own: the control loop must not wait for it.
-    command = [sys.executable, "-m", "app.cli", "export", *options, "--", study_id]
-    settings = {
-        "JOYMAP_DATA_DIR": str(here.settings.data_dir),
-        "JOYMAP_TELEOP_RATE_HZ": str(here.settings.teleop_rate_hz),
-    }
+    command = ["export", *options, "--", study_id]
     name = f"joymap-{study_id.split('-', maxsplit=1)[0]}.zip"
     return StreamingResponse(
-        _output(command, os.environ | settings),
+        _output(command, here.settings),
         media_type="application/zip",
         headers={"Content-Disposition": f'attachment; filename="{name}"'},
     )
 
 
-async def _output(command: list[str], environment: dict[str, str]) -> AsyncGenerator[bytes]:
-    """What a program writes; it ends with whoever takes it."""
-    process = await asyncio.create_subprocess_exec(
-        *command, stdout=asyncio.subprocess.PIPE, env=environment, limit=_BLOCK
-    )
+async def _output(command: list[str], settings: Settings) -> AsyncGenerator[bytes]:
+    """What a command writes; it ends with whoever takes it."""
+    process = await commands.start(command, settings, stdout=asyncio.subprocess.PIPE, limit=_BLOCK)
     assert process.stdout is not None
-    with suppress(ProcessLookupError):  # over already
-        # Whoever waits for the robot comes first.
-        os.setpriority(os.PRIO_PROCESS, process.pid, _NICE)
     try:
         while block := await process.stdout.read(_BLOCK):
             patience = asyncio.get_running_loop().call_later(_PATIENCE_S, process.kill)
@@ -82,6 +70,4 @@ async def _output(command: list[str], environment: dict[str, str]) -> AsyncGener
             # What was sent is not whole; breaking off lets the browser know.
             raise RuntimeError(f"The export ended with {process.returncode}.")
     finally:
-        with suppress(ProcessLookupError):
-            process.kill()
-        await process.wait()
+        await commands.end(process)

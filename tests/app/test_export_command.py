@@ -16,6 +16,7 @@ import pytest
 from fastapi.testclient import TestClient
 
 from app.cli import main
+from app.jobs import commands
 from app.main import create_app
 from app.routers import exports as routers_exports
 from app.services import accounts
@@ -178,12 +179,13 @@ def begun(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
         return started[-1]
 
     monkeypatch.setattr(asyncio, "create_subprocess_exec", watched)
+    monkeypatch.setattr(commands, "joymap", tuple)
     return started
 
 
 def test_an_export_ends_with_whoever_takes_it(begun: list[Any]) -> None:
     async def take_one_block() -> None:
-        sent = routers_exports._output(ENDLESS, dict(os.environ))
+        sent = routers_exports._output(ENDLESS, Settings())
         assert await anext(sent)
         assert os.getpriority(os.PRIO_PROCESS, begun[0].pid) > os.getpriority(os.PRIO_PROCESS, 0)
         await sent.aclose()
@@ -198,7 +200,7 @@ def test_an_export_does_not_wait_for_ever_for_a_browser_that_takes_nothing(
     monkeypatch.setattr(routers_exports, "_PATIENCE_S", 0.1)
 
     async def take_slowly() -> None:
-        sent = routers_exports._output(ENDLESS, dict(os.environ))
+        sent = routers_exports._output(ENDLESS, Settings())
         assert await anext(sent)
         await asyncio.sleep(1.0)
         with pytest.raises(RuntimeError, match="-9"):

@@ -108,6 +108,7 @@ def test_people_take_part_in_a_study_made_in_the_browser(
         visitor.close()
 
     expect(office.locator("#summary")).to_contain_text("1 done, 0 under way, 0 gone, 1 withdrew")
+    look_at_figures(office)
     office.get_by_role("link", name="P-2").click()
     expect(office.get_by_test_id("drives")).to_contain_text("given up")
     assert_accessible(office)
@@ -122,6 +123,21 @@ def test_people_take_part_in_a_study_made_in_the_browser(
     assert_accessible(office)
     assert errors == []
     office.context.close()
+
+
+def look_at_figures(office: Page) -> None:
+    """They are drawn when they are opened, and each can be seen."""
+    office.get_by_text("Figures", exact=True).click()
+    figures = office.get_by_test_id("figures")
+    expect(figures).to_contain_text("from 2 drives", timeout=90_000)
+    expect(figures.locator("img")).to_have_count(5)
+    for picture in figures.locator("img").all():
+        picture.scroll_into_view_if_needed()
+        office.wait_for_function(
+            "image => image.complete && image.naturalWidth > 100", arg=picture.element_handle()
+        )
+    assert_accessible(office)
+    office.screenshot(path="/tmp/joymap/figures_page.png", full_page=True)
 
 
 class Joined(Visitor):

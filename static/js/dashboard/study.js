@@ -2,6 +2,7 @@
 import { html } from '../element.js'
 import { newId } from '../ids.js'
 import { counted } from '../words.js'
+import { Figures } from './figures.js'
 import { linkCard } from './link_card.js'
 import { ROOT, api, attempt, keep, may, whoAmI } from './office.js'
 import { ParticipantsTable } from './participants_table.js'
@@ -64,6 +65,9 @@ at('q').addEventListener('input', () => {
 })
 at('earlier').addEventListener('click', () => view.after.length > 1 && view.after.pop())
 at('later').addEventListener('click', () => view.next && view.after.push(view.next))
+
+if (id !== 'demo') new Figures(at('figures'), api, ROOT, id)
+else at('figures').hidden = true
 
 let shown = ''
 void keep(REFRESH_MS, async () => {

@@ -16,7 +16,7 @@ from app import cli
 from app.analysis.simulation_journal import open_journal
 from app.analysis.simulation_rows import rows_csv, select
 from app.analysis.simulation_run import run_cells
-from models.experiment import Cell, Row
+from models.experiment import Cell, Row, run_cell
 from models.panda_pack import default_folder
 from tests.app.analysis.experiments import labels_rows, paper_rows, run_at_once
 
@@ -100,7 +100,7 @@ def test_a_run_killed_in_the_middle_goes_on_and_ends_with_the_rows_of_a_whole_on
     assert (out / "rows.jsonl").read_bytes().startswith(kept)
     assert lines(out) == len(CELLS)
     with open_journal(tmp_path / "whole", is_fresh=False) as journal:
-        run_cells(CELLS, journal, 1, lambda _: None)
+        run_cells(CELLS, journal.add, 1, lambda _: None, run_cell)
         (tmp_path / "whole.csv").write_text(rows_csv([journal.rows[cell] for cell in CELLS]))
     # Made by one worker and then by two, or all by one: to the bit the same.
     assert without_times(out / "rows.csv") == without_times(tmp_path / "whole.csv")
