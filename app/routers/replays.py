@@ -1,4 +1,4 @@
-"""Drives as they were recorded: their measures, and their replay in the scene."""
+"""Drives as they were recorded, and moves as they were asked about: facts, and their replay."""
 
 import asyncio
 import json
@@ -11,7 +11,7 @@ from fastapi.responses import HTMLResponse
 from pydantic import ValidationError
 
 from app.analysis.measures import Measures
-from app.routers.dependencies import Here, ViewerOnly, same_origin
+from app.routers.dependencies import Here, Service, ViewerOnly, same_origin
 from app.routers.descriptions import KEPT, MISSING, REFUSED, example, name_of
 from app.routers.etags import unless_known
 from app.routers.pages import page
@@ -24,6 +24,7 @@ from app.schemas.replay import (
     DriveOut,
     DrivesOut,
     MeasuresOut,
+    MoveOut,
     PauseIn,
     PlayIn,
     SeekIn,
@@ -31,7 +32,7 @@ from app.schemas.replay import (
 )
 from app.services import enrolment, measured, records
 from app.storage.tables import DriveRow, ParticipantRow
-from app.teleop.replay import Replay
+from app.teleop.replay import Kind, Replay
 from models.tasks import get_task
 
 router = APIRouter(
@@ -61,6 +62,17 @@ _DRIVE = {
         "counts": {"rounds": 1},
         "is_success": True,
     },
+}
+
+_MOVE = {
+    "id": "3d2f5b0e-7f0c-4a43-8d5e-6a0c5a0b3f27",
+    "participant_id": "6f1c6f9e-2f0e-4a51-9f3c-0a6f6f0f7d11",
+    "label": "P-7",
+    "task": "Go round",
+    "position": 3,
+    "h": [0.1, -0.9],
+    "is_answered": True,
+    "path": [[0.55, 0.0, 0.3], [0.55, 0.04, 0.3]],
 }
 
 
@@ -106,6 +118,24 @@ def read_drive(drive_id: str, here: Here) -> DriveDetailOut:
         )
 
 
+@router.get("/api/v1/moves/{query_id}", responses=example(_MOVE))
+def read_move(query_id: str, here: Here) -> MoveOut:
+    """The move of a question, what was answered to it, and what is drawn of it."""
+    with here.database.read() as db:
+        move = records.read_move(db, query_id)
+        participant = db.get_one(ParticipantRow, move.query.participant_id)
+        return MoveOut(
+            id=query_id,
+            participant_id=participant.id,
+            label=enrolment.label_of(participant),
+            task=move.task.title,
+            position=move.query.position,
+            h=move.h,
+            is_answered=move.answer is not None,
+            path=move.query.hand_path,
+        )
+
+
 @router.get("/participants/{participant_id}")
 def read_drives_page(participant_id: str, here: Here) -> HTMLResponse:
     """The page of a participant."""
@@ -122,10 +152,19 @@ def read_replay_page(drive_id: str, here: Here) -> HTMLResponse:
     return HTMLResponse(page("replay.html"))
 
 
-@router.get("/drives/{drive_id}/{view}/scene/")
-def read_picture_page(drive_id: str, view: View) -> HTMLResponse:
+@router.get("/moves/{query_id}")
+def read_move_page(query_id: str, here: Here) -> HTMLResponse:
+    """The page of a move's replay."""
+    with here.database.read() as db:
+        records.read_move(db, query_id)
+    return HTMLResponse(page("replay.html"))
+
+
+@router.get("/drives/{motion_id}/{view}/scene/")
+@router.get("/moves/{motion_id}/{view}/scene/", name="read_move_picture_page")
+def read_picture_page(motion_id: str, view: View) -> HTMLResponse:
     """The page of the picture, for the iframe."""
-    del drive_id, view
+    del motion_id, view
     return HTMLResponse(
         scene_page(),
         headers={
@@ -136,20 +175,40 @@ def read_picture_page(drive_id: str, view: View) -> HTMLResponse:
 
 
 @router.websocket("/drives/{drive_id}/{view}/scene")
-async def look(socket: WebSocket, drive_id: str, view: View, here: Here) -> None:
+async def look_at_drive(socket: WebSocket, drive_id: str, view: View, here: Here) -> None:
     """The picture's own connection."""
+    await _look(socket, "drives", drive_id, view, here)
+
+
+@router.websocket("/moves/{query_id}/{view}/scene")
+async def look_at_move(socket: WebSocket, query_id: str, view: View, here: Here) -> None:
+    """The picture's own connection."""
+    await _look(socket, "moves", query_id, view, here)
+
+
+@router.websocket("/drives/{drive_id}/{view}/control")
+async def control_drive(socket: WebSocket, drive_id: str, view: View, here: Here) -> None:
+    """Play, pause, seek, and hear which tick is shown."""
+    await _control(socket, "drives", drive_id, view, here)
+
+
+@router.websocket("/moves/{query_id}/{view}/control")
+async def control_move(socket: WebSocket, query_id: str, view: View, here: Here) -> None:
+    """Play, pause, seek, and hear which tick is shown."""
+    await _control(socket, "moves", query_id, view, here)
+
+
+async def _look(socket: WebSocket, kind: Kind, motion_id: str, view: str, here: Service) -> None:
     if SUBPROTOCOL not in socket.scope["subprotocols"]:
         await socket.close(1002, "This page is of another version; please reload it.")
         return
-    async with here.replays.view(drive_id, view) as replay:
+    async with here.replays.view(kind, motion_id, view) as replay:
         await socket.accept(SUBPROTOCOL)
         await replay.scene.serve(socket)
 
 
-@router.websocket("/drives/{drive_id}/{view}/control")
-async def control(socket: WebSocket, drive_id: str, view: View, here: Here) -> None:
-    """Play, pause, seek, and hear which tick is shown."""
-    async with here.replays.view(drive_id, view) as replay:
+async def _control(socket: WebSocket, kind: Kind, motion_id: str, view: str, here: Service) -> None:
+    async with here.replays.view(kind, motion_id, view) as replay:
         await socket.accept()
         playing = asyncio.create_task(_play(socket, replay))
         try:

@@ -95,3 +95,16 @@ class DriveDetailOut(DriveOut):
     label: str
     path: list[list[float]]
     stick_map: list[list[float]]
+
+
+class MoveOut(BaseModel):
+    """The move of a question; ``h`` is null where they could not say, or did not answer yet."""
+
+    id: str
+    participant_id: str
+    label: str
+    task: str
+    position: int
+    h: tuple[float, float] | None
+    is_answered: bool
+    path: list[list[float]]

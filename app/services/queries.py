@@ -31,6 +31,7 @@ SPARE_FACTOR = 2
 LABELS_NEEDED = 5
 # A move is shown for a second, ten steps of the controller's 0.1 s.
 SHOWN_STEPS = 10
+S_PER_STEP = 0.1
 # The smallest change of the hand in one step that is asked about, in [m]: moves long enough for
 # people to tell the direction of, and for those who always push the stick to its end.
 SMALLEST_MOVE_M = 0.012

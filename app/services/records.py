@@ -1,4 +1,4 @@
-"""What was recorded of a drive, put together again, and what it says."""
+"""What can be shown again tick by tick: a drive as it was recorded, or the move of a question."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -8,14 +8,16 @@ from sqlalchemy.orm import Session
 
 from app.analysis.measures import Measures, heat_map, measure, trajectory
 from app.errors import JoymapError
-from app.storage import drives
-from app.storage.tables import DriveRow
+from app.services import queries
+from app.storage import drives, participants
+from app.storage.tables import AnswerRow, DriveRow, QueryRow
 from app.storage.ticks import COLUMNS, unpack, unpack_props
 from models.beads import BeadCounts, count_beads_by_tick
 from models.props import Props
 from models.tasks import Task, get_task
 
 _POINTS = 600  # at most, of what is drawn
+_MOVE_HZ = 60.0
 _CUP = 7  # numbers of the cup's pose in a row of props
 
 
@@ -41,23 +43,70 @@ class NothingRecorded(JoymapError):
         super().__init__("Nothing was recorded of this drive: it ended at once.")
 
 
+class NoSuchMove(JoymapError):
+    """The move of a question that nobody was asked."""
+
+    status_code = 404
+    kind = "no-such-move"
+
+    def __init__(self) -> None:
+        """Say so."""
+        super().__init__("There is no such move.")
+
+
 @dataclass(frozen=True)
-class Record:
-    """A drive, tick by tick.
+class Motion:
+    """What the arm did, tick by tick.
 
     Attributes:
-        drive: The drive's row.
-        task: Which task was driven.
+        task: Which task it was.
         rows: The ticks, ``(n, columns)``.
         cups: The cup's position and orientation at each tick, ``(n, 7)``, or ``(n, 0)``.
         beads: The beads' positions at each tick, ``(n, beads, 3)`` in [m].
     """
 
-    drive: DriveRow
     task: Task
     rows: np.ndarray
     cups: np.ndarray
     beads: np.ndarray
+
+
+@dataclass(frozen=True)
+class Move(Motion):
+    """The move of a question, with the stick that was answered last all the way.
+
+    Attributes:
+        query: The question's row.
+        answer: The answer's row; None if there is none yet.
+    """
+
+    query: QueryRow
+    answer: AnswerRow | None
+
+    @property
+    def h(self) -> tuple[float, float] | None:
+        """The stick that was answered; None if there is no answer, or they could not say."""
+        answer = self.answer
+        if answer is None or answer.h_x is None or answer.h_y is None:
+            return None
+        return answer.h_x, answer.h_y
+
+    @property
+    def end(self) -> np.ndarray:
+        """Where it ends: joint positions ``(7,)`` in [rad]."""
+        end: np.ndarray = queries.as_path(self.query)[-1]
+        return end
+
+
+@dataclass(frozen=True)
+class Record(Motion):
+    """A drive, tick by tick.
+
+    Attributes:
+        drive: The drive's row.
+    """
+
+    drive: DriveRow
 
     @property
     def columns(self) -> dict[str, np.ndarray]:
@@ -111,7 +160,40 @@ def read(db: Session, drive_id: str) -> Record:
     ]
     cups, beads = split_props(np.concatenate(props), task.props)
     rows = np.concatenate([unpack(chunk.samples) for chunk in chunks])
-    return Record(drive, task, rows, cups, beads)
+    return Record(task, rows, cups, beads, drive)
+
+
+def read_move(db: Session, query_id: str) -> Move:
+    """The move of a question, at the speed at which it was shown.
+
+    Raises:
+        NoSuchMove: If there is no such question.
+    """
+    query = db.get(QueryRow, query_id)
+    if query is None:
+        raise NoSuchMove
+    answer = participants.latest_answers(db, query.participant_id).get(query_id)
+    db.expunge_all()
+    path, hands = queries.as_path(query), np.asarray(query.hand_path, dtype=float)
+    steps_s = queries.S_PER_STEP * np.arange(len(path))
+    rows = np.zeros((round(steps_s[-1] * _MOVE_HZ) + 1, len(COLUMNS)))
+    rows[:, 0] = np.arange(len(rows)) / _MOVE_HZ
+    _fill(rows, ("q_1", "q_7"), steps_s, path)
+    _fill(rows, ("hand_x", "hand_z"), steps_s, hands)
+    if answer is not None and answer.h_x is not None:
+        rows[:, COLUMNS.index("raw_x")] = answer.h_x
+        rows[:, COLUMNS.index("raw_y")] = answer.h_y
+    nothing = np.zeros((len(rows), 0))
+    beads = nothing.reshape(len(rows), 0, 3)
+    return Move(get_task(query.task), rows, nothing, beads, query, answer)
+
+
+def _fill(
+    rows: np.ndarray, names: tuple[str, str], steps_s: np.ndarray, values: np.ndarray
+) -> None:
+    first = COLUMNS.index(names[0])
+    for column, line in enumerate(values.T):
+        rows[:, first + column] = np.interp(rows[:, 0], steps_s, line)
 
 
 def of_participant(db: Session, participant_id: str) -> list[DriveRow]:

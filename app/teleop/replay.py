@@ -1,17 +1,19 @@
-"""A recorded drive, shown again tick by tick: no physics, only what was written down."""
+"""A drive or a move, shown again tick by tick: no physics, only what was written down."""
 
 import asyncio
 import contextlib
-from collections.abc import AsyncGenerator
+from collections.abc import AsyncGenerator, Callable
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
+from sqlalchemy.orm import Session
 
 from app.errors import JoymapError
 from app.scene.arm_scene import ArmScene
 from app.schemas.replay import ReplayStatusOut
 from app.services import records
-from app.services.records import Record
+from app.services.records import Motion, Move
 from app.storage.database import Database
 from app.storage.ticks import COLUMNS, HOLDS
 from models.panda_pack import PandaPack
@@ -22,6 +24,11 @@ _Q = slice(_AT["q_1"], _AT["q_7"] + 1)
 _HAND = slice(_AT["hand_x"], _AT["hand_z"] + 1)
 _STICK = slice(_AT["raw_x"], _AT["raw_y"] + 1)
 MOST = 8  # replays at once
+Kind = Literal["drives", "moves"]
+_READ: dict[Kind, Callable[[Session, str], Motion]] = {
+    "drives": records.read,
+    "moves": records.read_move,
+}
 
 
 class TooManyReplays(JoymapError):
@@ -32,19 +39,21 @@ class TooManyReplays(JoymapError):
 
     def __init__(self) -> None:
         """Say what to do."""
-        super().__init__(f"{MOST} drives are being replayed already; please close one of them.")
+        super().__init__(f"{MOST} replays are being shown already; please close one of them.")
 
 
 class Replay:
     """One page's look at one record. Knows no clock: time comes as an argument."""
 
-    def __init__(self, record: Record, scene: ArmScene) -> None:
-        """Show the first tick, standing still."""
+    def __init__(self, record: Motion, scene: ArmScene) -> None:
+        """Show the first tick, standing still; of a move, its end and its way as well."""
         self._record, self.scene = record, scene
         self._times_s = record.rows[:, 0] - record.rows[0, 0]
         self._at_s, self._last_s = 0.0, 0.0
         self.is_playing, self.speed = False, 1.0
         self.tick = -1
+        if isinstance(record, Move):
+            scene.show_move(record.end, record.rows[:, _HAND])
         self._show(0)
 
     def play(self, now_s: float) -> None:
@@ -113,24 +122,25 @@ class Replays:
     def __init__(self, database: Database, pack: PandaPack) -> None:
         """Begin empty."""
         self._database, self._pack = database, pack
-        self._views: dict[tuple[str, str], _View] = {}
+        self._views: dict[tuple[str, str, str], _View] = {}
         self._opening = asyncio.Lock()
 
     @contextlib.asynccontextmanager
-    async def view(self, drive_id: str, name: str) -> AsyncGenerator[Replay]:
-        """The replay of a drive that a page knows by a name, for as long as the page is there.
+    async def view(self, kind: Kind, motion_id: str, name: str) -> AsyncGenerator[Replay]:
+        """The replay that a page knows by a name, for as long as the page is there.
 
         Raises:
             NoSuchDrive: If there is none.
+            NoSuchMove: If there is none.
             NothingRecorded: If it has no ticks.
             TooManyReplays: If too many are shown already.
         """
-        key = (drive_id, name)
+        key = (kind, motion_id, name)
         async with self._opening:
             if key not in self._views:
                 if len(self._views) >= MOST:
                     raise TooManyReplays
-                record = await asyncio.to_thread(self._read, drive_id)
+                record = await asyncio.to_thread(self._read, kind, motion_id)
                 self._views[key] = _View(Replay(record, ArmScene(self._pack, record.task)))
             view = self._views[key]
             view.users += 1
@@ -142,6 +152,6 @@ class Replays:
                 del self._views[key]
                 view.replay.scene.close()
 
-    def _read(self, drive_id: str) -> Record:
+    def _read(self, kind: Kind, motion_id: str) -> Motion:
         with self._database.read() as db:
-            return records.read(db, drive_id)
+            return _READ[kind](db, motion_id)

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-SHOW_S_PER_STEP = 0.1
+from app.services.queries import S_PER_STEP
+
 _REST_S = 0.6  # the arm stands still before and after
 
 
@@ -25,7 +26,7 @@ class Show:
     @property
     def duration_s(self) -> float:
         """How long it moves."""
-        return (len(self.path) - 1) * SHOW_S_PER_STEP
+        return (len(self.path) - 1) * S_PER_STEP
 
     def at(self, now_s: float) -> tuple[np.ndarray, float]:
         """Joint positions ``(7,)`` in [rad] and the fraction shown."""

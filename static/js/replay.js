@@ -1,4 +1,4 @@
-// replay.js — the page of a replay: the picture, its controls, and what was measured.
+// replay.js — the page of a replay: the picture, its controls, and what is known of the drive or move.
 import { Api, ApiError } from './api.js'
 import { Banners } from './banners.js'
 import { WayPicture, stickPicture } from './drive_pictures.js'
@@ -12,9 +12,9 @@ import { clockTime } from './words.js'
 
 const SPEEDS = [0.25, 0.5, 1, 2, 4]
 const here = location.pathname
-const drive = here.split('/').pop()
+const [kind, id] = here.split('/').slice(-2) // 'drives' or 'moves'
 const view = newId()
-const api = new Api(here.replace(/\/drives\/[^/]*$/, '/api/v1'))
+const api = new Api(here.replace(/\/(drives|moves)\/[^/]*$/, '/api/v1'))
 const banners = new Banners(document.getElementById('banners'))
 const scene = new Scene(document.getElementById('stage'), `${here}/${view}/scene/`)
 
@@ -24,7 +24,7 @@ const clock = html('span', { class: 'replay-clock', 'data-testid': 'clock' })
 const speed = html('select', { 'aria-label': 'Speed', 'data-testid': 'speed', onchange: () => socket.send({ type: 'speed', speed: Number(speed.value) }) },
   SPEEDS.map((value) => html('option', { value: String(value), selected: value === 1 }, `${value} ×`)))
 const says = html('p', { class: 'quiet', 'data-testid': 'says' })
-const pad = new StickPad({ label: 'Where the stick was', hint: 'It shows what the person did.', name: 'replay', onMove: () => {} })
+const pad = new StickPad({ label: kind === 'moves' ? 'The stick they gave' : 'Where the stick was', hint: 'It shows what the person did.', name: 'replay', onMove: () => {} })
 pad.enabled = false
 let shown = null
 let way = null
@@ -50,8 +50,10 @@ function draw(status) {
   slider.setAttribute('aria-valuetext', `${status.time_s.toFixed(1)} s of ${status.duration_s.toFixed(1)} s`)
   play.textContent = status.is_playing ? 'Pause' : 'Play'
   clock.textContent = `${clockTime(status.time_s)} of ${clockTime(status.duration_s)}`
-  const words = status.hold === null ? 'Moving' : HOLDS[status.hold]
-  says.textContent = status.is_touching ? `${words}, touching` : words
+  if (kind === 'drives') {
+    const words = status.hold === null ? 'Moving' : HOLDS[status.hold]
+    says.textContent = status.is_touching ? `${words}, touching` : words
+  }
   pad.draw({ x: status.stick[0], y: status.stick[1] })
   way?.mark(status.hand)
   document.body.dataset.tick = String(status.tick)
@@ -63,23 +65,37 @@ addEventListener('keydown', (event) => {
   toggle()
 })
 
+function showDrive(found) {
+  document.getElementById('summary').textContent = `${STRATEGIES[found.strategy] ?? found.strategy} · ${new Date(found.started_at).toLocaleString()} · ${endInWords(found.end)}`
+  document.getElementById('measures').replaceChildren(
+    html('table', { class: 'measures', 'data-testid': 'measures' }, html('tbody', {}, measuresInWords(found.measures).map(([name, value]) =>
+      html('tr', {}, html('th', { scope: 'row' }, name), html('td', {}, value))))),
+    html('div', { class: 'drive-pictures' }, wayFigure(),
+      html('figure', {}, stickPicture(found.stick_map), html('figcaption', { class: 'quiet small' }, 'Where the stick was'))))
+}
+
+function showMove(found) {
+  document.getElementById('summary').textContent = `Move ${found.position} · ${found.is_answered ? 'the ghost shows where it ends' : 'not answered yet'}`
+  says.textContent = found.h ? `They gave ${found.h[0].toFixed(2)} to the right and ${found.h[1].toFixed(2)} up.` : found.is_answered ? 'They could not say.' : ''
+  document.getElementById('measures').replaceChildren(html('div', { class: 'drive-pictures' }, wayFigure()))
+}
+
+function wayFigure() {
+  return html('figure', {}, way.element, html('figcaption', { class: 'quiet small' }, 'The hand from above, forward is up'))
+}
+
 scene.show()
 document.getElementById('controls').replaceChildren(
   html('div', { class: 'replay-line' }, play, clock, speed, slider), html('div', { class: 'replay-stick' }, pad.element, says))
 try {
-  const found = await api.get(`drives/${drive}`)
-  document.getElementById('title').textContent = `${found.label}: ${found.task}`
-  document.getElementById('summary').textContent = `${STRATEGIES[found.strategy] ?? found.strategy} · ${new Date(found.started_at).toLocaleString()} · ${endInWords(found.end)}`
+  const found = await api.get(`${kind}/${id}`)
   const back = /** @type {HTMLAnchorElement} */ (document.getElementById('back'))
   back.href = `../participants/${found.participant_id}`
-  back.textContent = `All drives of ${found.label}`
+  back.textContent = `All of ${found.label}`
+  document.getElementById('title').textContent = `${found.label}: ${found.task}`
   way = new WayPicture(found.path)
-  document.getElementById('measures').replaceChildren(
-    html('table', { class: 'measures', 'data-testid': 'measures' }, html('tbody', {}, measuresInWords(found.measures).map(([name, value]) =>
-      html('tr', {}, html('th', { scope: 'row' }, name), html('td', {}, value))))),
-    html('div', { class: 'drive-pictures' },
-      html('figure', {}, way.element, html('figcaption', { class: 'quiet small' }, 'The hand from above, forward is up')),
-      html('figure', {}, stickPicture(found.stick_map), html('figcaption', { class: 'quiet small' }, 'Where the stick was'))))
+  if (kind === 'moves') showMove(found)
+  else showDrive(found)
 } catch (error) {
   if (!(error instanceof ApiError)) throw error
   banners.show('server', error.sentence)

@@ -112,6 +112,7 @@ def test_people_take_part_in_a_study_made_in_the_browser(
     office.get_by_role("link", name="P-2").click()
     expect(office.get_by_test_id("drives")).to_contain_text("given up")
     assert_accessible(office)
+    play_a_move(office)
     office.get_by_test_id("reason").fill("was only trying")
     office.get_by_test_id("exclude").click()
     expect(office.locator("#facts")).to_contain_text("excluded: was only trying")
@@ -125,12 +126,25 @@ def test_people_take_part_in_a_study_made_in_the_browser(
     office.context.close()
 
 
+def play_a_move(office: Page) -> None:
+    """An answer's move is played in the scene, with the stick they gave."""
+    office.get_by_test_id("play-move").first.click()
+    expect(office.locator("body")).to_have_attribute("data-ready", "true")
+    expect(office.get_by_test_id("says")).to_contain_text("They gave")
+    office.get_by_test_id("play").click()
+    expect(office.locator("body")).to_have_attribute("data-tick", "60", timeout=15_000)
+    assert_accessible(office)
+    office.screenshot(path="/tmp/joymap/move_page.png")
+    office.locator("#back").click()
+    expect(office.locator("body")).to_have_attribute("data-ready", "true")
+
+
 def look_at_figures(office: Page) -> None:
     """They are drawn when they are opened, and each can be seen."""
     office.get_by_text("Figures", exact=True).click()
     figures = office.get_by_test_id("figures")
     expect(figures).to_contain_text("from 2 drives", timeout=90_000)
-    expect(figures.locator("img")).to_have_count(5)
+    expect(figures.locator("img")).to_have_count(6)
     for picture in figures.locator("img").all():
         picture.scroll_into_view_if_needed()
         office.wait_for_function(

@@ -36,7 +36,7 @@ export class Figures {
     this.body.replaceChildren(...[
       html('p', { class: 'quiet', role: 'status' }, this.status(found), ' ', again),
       found.findings.length > 0 && html('div', {},
-        html('h3', {}, 'What differs'),
+        html('h2', {}, 'What differs'),
         html('ul', {}, ...found.findings.map((sentence) => html('li', {}, sentence))),
         html('p', { class: 'quiet small' }, `${found.test}.`)),
       ...found.pictures.map((picture) => html('figure', {},

@@ -63,7 +63,7 @@ function look() {
   at('look').textContent = scene ? 'Look away' : 'Look at the arm'
 }
 
-function answer({ task, position, h, thinking_time_s, hand_path, repeats }) {
+function answer({ query_id, task, position, h, thinking_time_s, hand_path, repeats }) {
   const xs = hand_path.map(([x]) => x)
   const ys = hand_path.map(([, y]) => y)
   const zs = hand_path.map(([, , z]) => z)
@@ -81,7 +81,8 @@ function answer({ task, position, h, thinking_time_s, hand_path, repeats }) {
         svg('circle', { r: 1, fill: 'var(--fill)' }),
         h && svg('line', { x2: h[0], y2: -h[1], stroke: 'var(--accent)', 'stroke-width': 0.12 }),
         h && svg('circle', { cx: h[0], cy: -h[1], r: 0.16, fill: 'var(--accent)' }))),
-    html('span', { class: 'quiet small' }, `${h ? `stick ${h[0].toFixed(2)}, ${h[1].toFixed(2)}` : 'could not say'} · ${durationInWords(thinking_time_s)}`))
+    html('span', { class: 'quiet small' }, `${h ? `stick ${h[0].toFixed(2)}, ${h[1].toFixed(2)}` : 'could not say'} · ${durationInWords(thinking_time_s)}`),
+    html('a', { href: `${ROOT}/moves/${query_id}`, 'data-testid': 'play-move', 'aria-label': `Play move ${position} of ${task}` }, 'Play the move'))
 }
 
 function training({ task, state, fraction, training_s, error, strategies }) {

@@ -13,7 +13,7 @@ import pytest
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
-from app.storage.tables import DriveRow, SampleChunkRow
+from app.storage.tables import DriveRow, QueryRow, SampleChunkRow
 from app.storage.ticks import COLUMNS, unpack
 from tests.running_server import Participant, RunningServer, running_server
 
@@ -172,3 +172,29 @@ def test_only_so_many_are_replayed_at_once(experimenter: httpx.Client, drive_id:
     time.sleep(0.3)
     with open_socket(experimenter, f"drives/{drive_id}/again/control") as socket:
         hear(socket, tick=0)
+
+
+def test_the_move_of_an_answer_is_played_with_the_stick_that_was_given(
+    server: RunningServer, rows: np.ndarray, experimenter: httpx.Client
+) -> None:
+    assert len(rows)
+    query = next(row for row in server.rows(QueryRow) if row.position == 1)
+    facts = experimenter.get(f"/api/v1/moves/{query.id}").raise_for_status().json()
+    assert facts["h"] == [0.3, 0.4]
+    assert facts["path"] == query.hand_path
+    assert experimenter.get(f"/moves/{query.id}").status_code == 200
+    with open_socket(experimenter, f"moves/{query.id}/view/control") as socket:
+        first = hear(socket, tick=0)
+        assert first["ticks"] == 61  # ten steps of 0.1 s, sixty ticks a second
+        assert first["stick"] == [0.3, 0.4]
+        assert first["hand"] == pytest.approx(query.hand_path[0], abs=1e-4)
+        socket.send('{"type": "play"}')
+        last = hear(socket, tick=60, is_playing=False)
+        assert last["hand"] == pytest.approx(query.hand_path[-1], abs=1e-4)
+
+
+def test_a_move_of_nobody_is_refused(experimenter: httpx.Client) -> None:
+    for path in ("/api/v1/moves/none", "/moves/none"):
+        assert experimenter.get(path).status_code == 404
+    with pytest.raises(InvalidStatus), open_socket(experimenter, "moves/none/view/control"):
+        pass

@@ -21,7 +21,7 @@ def record_of(drive: Drive) -> Record:
     if props.size:
         props = unpack_props(pack_props(props), len(rows))
     row = SimpleNamespace(outcome=drive.recorder.outcomes[-1])
-    return Record(row, drive.lab.task, rows, *split_props(props, drive.lab.task.props))  # type: ignore[arg-type]
+    return Record(drive.lab.task, rows, *split_props(props, drive.lab.task.props), row)  # type: ignore[arg-type]
 
 
 def carry(drive: Drive, ticks: int, move: tuple[float, float]) -> None:
