@@ -189,7 +189,8 @@ def _bar(panel: Axes, x: float, width: float, strategy: str, people: Mapping[str
         yerr=deviation, error_kw={"elinewidth": 0.8, "ecolor": "#333333"}, capsize=2,
     )  # fmt: skip
     spots = list(people.values())
-    panel.scatter(x + 0.25 * width * np.linspace(-1.0, 1.0, len(spots)), spots, **_POINT)
+    beside = np.linspace(-1.0, 1.0, len(spots)) if len(spots) > 1 else np.zeros(1)
+    panel.scatter(x + 0.25 * width * beside, spots, **_POINT)
     return max(*spots, mean + deviation)
 
 

@@ -129,11 +129,12 @@ def findings(found: Sequence[Comparison]) -> list[str]:
     sentences = [_sentence(each) for each in found if each.is_significant]
     if sentences:
         return sentences
-    pairs = sum(not math.isnan(each.p) for each in found)
+    people = [each.people for each in found if not math.isnan(each.p)]
+    if not people:
+        return ["There is nothing to compare yet."]
     return [
-        f"No two strategies differ in any of {pairs} comparisons."
-        if pairs
-        else "There is nothing to compare yet."
+        f"No two strategies differ in any of {len(people)} comparisons, of at most "
+        f"{max(people)} people each."
     ]
 
 

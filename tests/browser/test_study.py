@@ -134,7 +134,6 @@ def play_a_move(office: Page) -> None:
     office.get_by_test_id("play").click()
     expect(office.locator("body")).to_have_attribute("data-tick", "60", timeout=15_000)
     assert_accessible(office)
-    office.screenshot(path="/tmp/joymap/move_page.png")
     office.locator("#back").click()
     expect(office.locator("body")).to_have_attribute("data-ready", "true")
 
@@ -151,7 +150,6 @@ def look_at_figures(office: Page) -> None:
             "image => image.complete && image.naturalWidth > 100", arg=picture.element_handle()
         )
     assert_accessible(office)
-    office.screenshot(path="/tmp/joymap/figures_page.png", full_page=True)
 
 
 class Joined(Visitor):

@@ -34,7 +34,7 @@ export class Figures {
   draw(found) {
     const again = found.has_failed && html('button', { class: 'button', type: 'button', onclick: () => attempt(() => this.api.post(this.path, {})) }, 'Try again')
     this.body.replaceChildren(...[
-      html('p', { class: 'quiet', role: 'status' }, this.status(found), ' ', again),
+      html('p', { class: 'quiet', role: 'status' }, ...this.status(found), ' ', again),
       found.findings.length > 0 && html('div', {},
         html('h2', {}, 'What differs'),
         html('ul', {}, ...found.findings.map((sentence) => html('li', {}, sentence))),
@@ -46,9 +46,9 @@ export class Figures {
   }
 
   status(found) {
-    if (found.has_failed) return 'The figures could not be drawn; the server’s log says why.'
+    if (found.has_failed) return ['The figures could not be drawn; the server’s log says why.']
     const now = found.is_drawing ? 'Drawing with the newest data: that takes some seconds, or minutes for a large study.' : ''
-    if (found.drawn_at === null) return now || 'Not drawn yet.'
-    return `Drawn ${moment(found.drawn_at)} from ${counted(found.drives, 'drive')}. ${now}`
+    if (found.drawn_at === null) return [now || 'Not drawn yet.']
+    return ['Drawn ', moment(found.drawn_at), ` from ${counted(found.drives, 'drive')}. ${now}`]
   }
 }

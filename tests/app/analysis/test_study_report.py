@@ -137,6 +137,10 @@ def test_differences_that_are_there_are_found_and_others_are_not() -> None:
     assert any("Time, Go round: less under “Answers and priors”" in each for each in said)
     alike = comparisons(make_study(gain_s=0.0))
     assert not any(each.is_significant for each in alike if each.measure != "steering")
+    driven = [each for each in alike if each.measure != "steering"]
+    assert findings(driven) == [
+        "No two strategies differ in any of 9 comparisons, of at most 10 people each."
+    ]
 
 
 def test_a_report_of_a_real_export_has_every_picture_and_number(
