@@ -60,12 +60,13 @@ bench: $(VENV)/.test $(PANDA)/manifest.json
 	$(BIN)/python -m tests.benchmarks
 
 # Three hours: hundreds of drives through a running server, a thousand random ones in each world,
-# ten thousand people, and trouble at every step of a study.
+# ten thousand people, trouble at every step of a study, and crowds of simulated participants.
 soak: $(VENV)/.test $(PANDA)/manifest.json
 	$(BIN)/python -m tests.soak.driven_tasks
 	$(BIN)/python -m tests.soak.random_drives
 	$(BIN)/python -m tests.soak.many_people
 	$(BIN)/python -m tests.soak.interruptions
+	$(BIN)/python -m tests.soak.crowds_of_bots
 
 # Half an hour on two cores: three studies of ten simulated people each, through a server.
 STUDIES := $(DATA)/simulated-study

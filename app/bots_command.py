@@ -52,13 +52,13 @@ def run_bots(chosen: argparse.Namespace, settings: Settings) -> int:
     """Let them come; 0 if all did what they came for."""
     from app.bots.crowd import Crowd
     from app.bots.own_server import OwnServerError
-    from app.bots.person import Habits
+    from app.bots.person import ADAPTS, Habits
     from models.errors import ModelsError
 
     wrong = _wrong(chosen)
     if wrong is not None:
         return _end(wrong)
-    adapts = 0.02 if chosen.adapting else 0.0
+    adapts = ADAPTS if chosen.adapting else 0.0
     crowd = Crowd(
         participants=chosen.participants,
         preference=chosen.preference,

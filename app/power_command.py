@@ -22,7 +22,6 @@ MEASURES = {
     "undo_share": "undo share",
 }
 _FILES = ("png", "svg")
-_ADAPTS = 0.02  # as those that `joymap bots` sends
 _STOPPED = 130  # what a shell expects of a command that Ctrl-C ended
 
 
@@ -156,7 +155,7 @@ def _write(chosen: argparse.Namespace, part: "Part", found: "list[Power]") -> No
 
 
 def _part(chosen: argparse.Namespace) -> "Part":
-    from app.bots.person import Habits
+    from app.bots.person import ADAPTS, Habits
     from app.rehearsal.participant import Part
     from models.experiment import PAPER_LABELS
 
@@ -169,7 +168,7 @@ def _part(chosen: argparse.Namespace) -> "Part":
             chosen.label_noise,
             chosen.motor_noise,
             chosen.reaction_ms / 1000.0,
-            _ADAPTS if chosen.adapting else 0.0,
+            ADAPTS if chosen.adapting else 0.0,
         ),
         limit_s=chosen.limit_s,
         seed=chosen.seed,

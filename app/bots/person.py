@@ -27,6 +27,7 @@ _NOISE_S = 0.2  # how long a slip of the hand lasts
 _LEAST_M = 1e-3  # who sees less than this move in a step learns nothing from it
 _DOUBT_S = 0.5  # for how long something looks wrong before they do something about it
 _LITTLE = 0.1  # of the way that they expected is as good as none
+ADAPTS = 0.02  # of those who adapt: see Habits.adapts
 _PUSHED = 0.5  # whoever pushes less than this expects little
 
 
