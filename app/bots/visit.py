@@ -28,7 +28,12 @@ from models.tasks import TASKS, Task
 STICK_HZ = 30.0
 _PATIENCE_S = 300.0  # with a training, or an attempt that does not end
 _TRIES = 60
+_CUT_S = 15.0  # without a word of the attempt, and it is no more
 _SHOWN_STEPS = 10  # a move is shown for a second
+
+
+class _Cut(Exception):
+    """The attempt is over for the server: the line was gone for too long."""
 
 
 class Gone(Exception):
@@ -188,7 +193,13 @@ class Visit:
         failed, made = 0, 0
         while not session["block"]["may_continue"]:
             opened = await self._post("drives", _id=session["block"]["open_drive"])
-            progress = await self._attempt(task, opened["id"])
+            try:
+                progress = await self._attempt(task, opened["id"])
+            except _Cut:  # as a page does: ask where one is, and begin again
+                session = await self._get("session")
+                if session["step"] != "block":
+                    return session
+                continue
             made += 1
             failed += not progress["is_success"]
             # The end is kept a moment after it is told.
@@ -223,6 +234,7 @@ class Visit:
         """Steer until the attempt ends, or (None) until the connection breaks."""
         seen: list[tuple[float, dict[str, Any]]] = []
         until_s, last_s, sequence = self._now_s() + break_s, self._now_s(), 0
+        until_cut_s = self._now_s() + _CUT_S
         listening = asyncio.create_task(page.keep(seen, self._now_s))
         try:
             while True:
@@ -233,10 +245,14 @@ class Visit:
                 if mine and mine[-1]["progress"]["end"] is not None:
                     ended: dict[str, Any] = mine[-1]["progress"]
                     return ended
+                if mine:
+                    until_cut_s = now_s + _CUT_S
+                elif now_s > until_cut_s:
+                    raise _Cut
+                if now_s - began_s > self.manners.gives_up_s + _PATIENCE_S:
+                    raise Gone("an attempt does not end")
                 if now_s - began_s > self.manners.gives_up_s:
                     await page.send(type="give-up")
-                elif now_s - began_s > self.manners.gives_up_s + 30.0:
-                    raise Gone("an attempt does not end")
                 old = [
                     status
                     for then_s, status in seen
