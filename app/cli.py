@@ -71,14 +71,19 @@ def _serve(_chosen: argparse.Namespace, settings: Settings) -> int:
     logging.getLogger("alembic").setLevel(logging.WARNING)
 
     from app.main import create_app
+    from app.schemas.protocol import NO_ALIGN
     from app.server import Server, print_links
     from app.storage.database import DatabaseInUse, migrate
+    from models.alignment import get_strategy
     from models.tasks import get_task
 
+    name = "JOYMAP_TASK"
     try:
         get_task(settings.task)
+        name = "JOYMAP_SAME_STRATEGY"
+        get_strategy(settings.same_strategy or NO_ALIGN)
     except ModelsError as error:
-        print(f"JOYMAP_TASK: {error}", file=sys.stderr)
+        print(f"{name}: {error}", file=sys.stderr)
         return 2
     try:
         listener = _listen(settings)

@@ -19,12 +19,13 @@ import numpy as np
 from scipy import stats
 from statsmodels.stats.multitest import multipletests
 
+from app.analysis.signed_rank import signed_rank_p
+
 LEVEL = 0.05
 TEST = "Wilcoxon's signed-rank test, exact, two-sided, with Holm's correction"
 _CONFIDENCE = 0.95
 _RESAMPLES = 2000
-_PERMUTATIONS = 10_000  # exact up to 13 people where differences tie, drawn beyond
-_SEED = 0  # of drawn permutations and resamples: the same data, the same words
+_SEED = 0  # of drawn resamples: the same data, the same words
 
 # For one task: a strategy's values by participant.
 Values = Mapping[str, Mapping[str, float]]
@@ -113,8 +114,7 @@ def p_of(differences: np.ndarray) -> float:
     sizes = np.abs(differences)
     if len(np.unique(sizes)) == len(sizes) and sizes.all():
         return float(stats.wilcoxon(differences, method="exact").pvalue)
-    chance = stats.PermutationMethod(_PERMUTATIONS, rng=np.random.default_rng(_SEED))
-    return float(stats.wilcoxon(differences, zero_method="pratt", method=chance).pvalue)
+    return signed_rank_p(differences)
 
 
 def corrected(p: Sequence[float]) -> list[float]:
@@ -150,7 +150,7 @@ def _pair(task: str, measure: str, first: str, second: str, values: Values) -> C
         second,
         len(differences),
         _interval(differences, _mean),
-        _interval(differences, _rank_biserial),
+        _interval(differences, rank_biserial),
         p_of(differences),
     )
 
@@ -165,7 +165,8 @@ def _mean(sample: np.ndarray, axis: int = -1) -> np.ndarray:
     return mean
 
 
-def _rank_biserial(sample: np.ndarray, axis: int = -1) -> np.ndarray:
+def rank_biserial(sample: np.ndarray, axis: int = -1) -> np.ndarray:
+    """The share of the ranks with a positive difference less the share with a negative one."""
     ranks = stats.rankdata(np.abs(sample), axis=axis)
     r: np.ndarray = (np.sign(sample) * ranks).sum(axis) / ranks.sum(axis)
     return r

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, PercentFormatter
 from statsmodels.stats.proportion import proportion_confint
 
+from app.analysis.comparisons import p_of, rank_biserial
 from app.analysis.pictures import COLOURS, STYLE
-from app.analysis.signed_rank import signed_rank
 
 POOL_FACTOR = 2  # studies of more than half of the pool would be all but the same
 _SIZE = (5.6, 3.4)
@@ -68,8 +68,9 @@ def powers(
     found = []
     for size in sizes:
         rng = np.random.default_rng([seed, size])
-        tests = [signed_rank(rng.choice(differences, size, replace=False)) for _ in range(studies)]
-        found.append(Power(size, studies, sum(way < 0.0 and p < level for way, p in tests)))
+        drawn = [rng.choice(differences, size, replace=False) for _ in range(studies)]
+        shown = sum(p_of(each) < level and bool(rank_biserial(each) < 0.0) for each in drawn)
+        found.append(Power(size, studies, shown))
     return found
 
 

@@ -1,25 +1,21 @@
-"""Wilcoxon's signed-rank test, exact however many differences tie or are none, and at once.
+"""Wilcoxon's signed-rank test where differences tie or are none, exact for any number of people.
 
-The number of sign patterns with each sum of ranks is counted rank by rank (the shift algorithm:
-Streitberg and Röhmel, "Exact distributions for permutation and rank tests", Statistical Software
-Newsletter 1986), with mid-ranks for ties and Pratt's way with zeros: they are ranked, then left
-out. It is the test of :func:`app.analysis.comparisons.p_of`, which draws patterns where there are
-too many to list.
+scipy counts the exact distribution where nothing ties, and can else only list or draw sign
+patterns, which is slow or not exact. Here the patterns with each sum of ranks are counted rank by
+rank (the shift algorithm: Streitberg and Röhmel, "Exact distributions for permutation and rank
+tests", Statistical Software Newsletter 1986), with mid-ranks for ties and Pratt's way with zeros:
+they are ranked, then left out.
 """
 
 import numpy as np
 from scipy import stats
 
 
-def signed_rank(differences: np.ndarray) -> tuple[float, float]:
-    """Which sign prevails, and how likely that much of it is if neither is favoured.
+def signed_rank_p(differences: np.ndarray) -> float:
+    """How likely differences at least so one-sided are if neither sign is favoured; two-sided.
 
     Args:
         differences: ``(n,)``.
-
-    Returns:
-        The sum of the ranks of positive differences less that of negative ones, and p, two-sided;
-        1 if nothing differs.
     """
     counted = differences != 0.0
     # Twice the rank is whole, ties or not.
@@ -32,4 +28,4 @@ def signed_rank(differences: np.ndarray) -> tuple[float, float]:
         share[rank:] += share[: len(share) - rank].copy()
         share /= 2.0
     tail = float(share[: min(above, below) + 1].sum())
-    return (above - below) / 2.0, min(1.0, 2.0 * tail)
+    return min(1.0, 2.0 * tail)

@@ -180,12 +180,11 @@ def read_move(db: Session, query_id: str) -> Move:
     rows[:, 0] = np.arange(len(rows)) / _MOVE_HZ
     _fill(rows, ("q_1", "q_7"), steps_s, path)
     _fill(rows, ("hand_x", "hand_z"), steps_s, hands)
-    if answer is not None and answer.h_x is not None:
-        rows[:, COLUMNS.index("raw_x")] = answer.h_x
-        rows[:, COLUMNS.index("raw_y")] = answer.h_y
-    nothing = np.zeros((len(rows), 0))
-    beads = nothing.reshape(len(rows), 0, 3)
-    return Move(get_task(query.task), rows, nothing, beads, query, answer)
+    cups, beads = np.zeros((len(rows), 0)), np.zeros((len(rows), 0, 3))
+    move = Move(get_task(query.task), rows, cups, beads, query, answer)
+    if move.h is not None:
+        rows[:, [COLUMNS.index("raw_x"), COLUMNS.index("raw_y")]] = move.h
+    return move
 
 
 def _fill(

@@ -3,6 +3,7 @@
 import asyncio
 import uuid
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from app.analysis.study_export import read_export
 from app.bots.crowd import Crowd, send
 from app.bots.opinions import Felt, respond
 from app.bots.person import Habits, Person
+from app.bots.visit import Manners, Visit, _Cut
 from app.cli import main
 from app.storage.tables import AnswerRow, DriveRow, ResponseRow
 from models.kinematics import HandPose
@@ -80,6 +82,16 @@ def test_a_study_in_a_file_gets_a_server_an_export_and_the_same_steering(tmp_pat
     assert sorted(path.name for path in tmp_path.iterdir()) == ["study.yaml", "study.zip"]
 
 
+def test_secretly_driving_with_no_strategy_is_refused_in_one_line(
+    tmp_path: Path, capsys: object
+) -> None:
+    words = ["--study", "examples/paper-study.yaml", "--out", str(tmp_path / "o.zip")]
+    assert main(["bots", *words, "--same", "magic"]) == 2
+    heard = capsys.readouterr().err  # type: ignore[attr-defined]
+    assert "JOYMAP_SAME_STRATEGY: There is no strategy 'magic'" in heard
+    assert heard.count("\n") == 1
+
+
 def test_a_file_that_is_no_protocol_is_refused_in_one_line(tmp_path: Path, capsys: object) -> None:
     study = tmp_path / "study.yaml"
     study.write_text("title: Bad\ntasks: [{task: fly}]\n")
@@ -129,6 +141,26 @@ def test_whoever_adapts_learns_what_the_stick_really_does() -> None:
         last[adapts] = np.rad2deg(np.mean(misses[-150:]))
     assert last[0.0] == pytest.approx(60.0, abs=8.0)
     assert last[0.05] < 15.0
+
+
+class CutOff:
+    """A page on which the attempt is no more: the line was gone for too long."""
+
+    async def send(self, **_message: object) -> None:
+        pass
+
+    async def keep(self, seen: list[object], clock: Callable[[], float]) -> None:
+        while True:
+            seen.append((clock(), {"drive_id": None}))
+            await asyncio.sleep(0.01)
+
+
+def test_a_try_that_was_cut_off_is_not_waited_for() -> None:
+    person = Person(axes(), Habits(), np.random.default_rng(0))
+    visit = Visit("http://x/p/t", person, Manners(), speed=50.0)
+    steering = visit._steer(CutOff(), get_task("avoid"), "d", visit._now_s(), np.inf)  # type: ignore[arg-type]
+    with pytest.raises(_Cut):
+        asyncio.run(asyncio.wait_for(steering, 10.0))
 
 
 @pytest.mark.parametrize(("goes", "undone"), [(1.0, 0.0), (-1.0, 0.1), (0.0, 0.1)])
