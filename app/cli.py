@@ -1,10 +1,13 @@
 """``joymap``: the commands."""
 
 import argparse
+import contextlib
 import logging
 import os
+import signal
 import socket
 import sys
+from collections.abc import Generator
 from typing import NoReturn
 
 from pydantic import ValidationError
@@ -56,7 +59,24 @@ def main(arguments: list[str] | None = None) -> int:
     # the control loop and the trainings, or by the workers of a simulation.
     for name in THREAD_COUNTS:
         os.environ.setdefault(name, "1")
-    return _COMMANDS[chosen.command](chosen, settings)
+    if chosen.command == "serve":  # which has its own way to end
+        return _serve(chosen, settings)
+    try:
+        with _terminated_as_interrupted():
+            return _COMMANDS[chosen.command](chosen, settings)
+    except KeyboardInterrupt:
+        print(f"joymap {chosen.command}: Stopped before it was done.", file=sys.stderr)
+        return 130  # what a shell expects of a command that Ctrl-C ended
+
+
+@contextlib.contextmanager
+def _terminated_as_interrupted() -> Generator[None]:
+    """However a command is asked to end, it ends what it began: servers, workers, half files."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _migrate(_chosen: argparse.Namespace, settings: Settings) -> int:
@@ -116,7 +136,6 @@ def _listen(settings: Settings) -> socket.socket:
 
 
 _COMMANDS = {
-    "serve": _serve,
     "migrate": _migrate,
     "simulate": run_simulate,
     "simulate-page": run_page,

@@ -23,6 +23,13 @@ from models.panda_pack import default_folder
 START_LIMIT_S = 60.0
 
 
+def children_of(pid: int) -> list[int]:
+    """The processes that a process has started."""
+    command = ["ps", "-o", "pid=", "--ppid", str(pid)]
+    found = subprocess.run(command, capture_output=True, text=True, check=False)
+    return [int(child) for child in found.stdout.split()]
+
+
 class RunningServer:
     """``joymap serve`` on a port of its own; ``kill`` is ``kill -9``."""
 
@@ -62,13 +69,7 @@ class RunningServer:
 
     def children(self) -> list[int]:
         """The worker processes."""
-        found = subprocess.run(
-            ["ps", "-o", "pid=", "--ppid", str(self.process.pid)],
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        return [int(pid) for pid in found.stdout.split()]
+        return children_of(self.process.pid)
 
     def log(self) -> str:
         return self.log_path.read_text()
