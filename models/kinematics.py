@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytorch_kinematics
 import torch
+from scipy.spatial.transform import Rotation
 from torch import Tensor
 
 from .arrays import (
@@ -90,6 +91,12 @@ def turn(before: np.ndarray, after: np.ndarray) -> np.ndarray:
     change: np.ndarray = after @ np.swapaxes(before, -1, -2)
     skew: np.ndarray = 0.5 * (change - np.swapaxes(change, -1, -2))
     return np.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], axis=-1)
+
+
+def rotated(rotation: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """The rotation after a turn about ``change``, ``(..., 3)`` in [rad], an axis in the world."""
+    turned: np.ndarray = Rotation.from_rotvec(change).as_matrix() @ rotation
+    return turned
 
 
 def _tensor(q: np.ndarray) -> Tensor:

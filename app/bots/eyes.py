@@ -4,7 +4,7 @@ The places of things on the table are those of the picture; numbers and words ar
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -67,6 +67,11 @@ def wish(task: str, sight: Sight) -> np.ndarray:
     While the arm moves by itself they wait.
     """
     return np.zeros(2) if sight.is_by_itself else _WISHES[task](sight)
+
+
+def wish_from(task: str, sight: Sight) -> Callable[[HandPose], np.ndarray]:
+    """The same for wherever they believe that the hand is by now."""
+    return lambda hand: wish(task, replace(sight, hand=hand))
 
 
 def presses(sight: Sight) -> bool:

@@ -1,17 +1,21 @@
 """A model of a person with a stick: a private idea of what it does, delay, noise, and doubt.
 
-The person wants the hand to move in some way and gives the stick that, by their idea, does it. They
-act on what they saw a reaction time ago. Their hand shakes the more the farther they push
-(signal-dependent noise: Harris and Wolpert, "Signal-dependent noise determines motor planning",
-Nature 1998). When they see the hand get no closer to where they want it, they take it back (they
-believe that the opposite push undoes a push: the paper's reversibility) and then try some other
-direction. Who adapts compares what came of their stick with what it was to do, and bends
-their idea towards what they see: a step of normalised least mean squares, as trial-by-trial studies
-of motor adaptation find it (Thoroughman and Shadmehr, "Learning of action through adaptive
+The person wants the hand to move in some way and gives the stick that, by their idea, does it.
+What they see is a reaction time old, and they know it: they forecast where the hand is by now
+from what they pushed since, and trust the forecast as far as it lately came true (a forward model
+that bridges the delay: Miall, Weir, Wolpert and Stein, "Is the cerebellum a Smith predictor?",
+Journal of Motor Behavior 1993). Their hand shakes the more the farther they push (signal-
+dependent noise: Harris and Wolpert, "Signal-dependent noise determines motor planning", Nature
+1998). When they see the hand get no closer to where they want it, they take it back (they believe
+that the opposite push undoes a push: the paper's reversibility) and then try some other
+direction. Who adapts compares what came of their stick with what it was to do, and bends their
+idea towards what they see: a step of normalised least mean squares, as trial-by-trial studies of
+motor adaptation find it (Thoroughman and Shadmehr, "Learning of action through adaptive
 combination of motor primitives", Nature 2000).
 """
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -56,6 +60,7 @@ class _Moment:
     hand: HandPose
     wanted: np.ndarray
     h: np.ndarray
+    expected: np.ndarray  # how fast they believe that the hand goes by it
 
 
 @dataclass
@@ -75,12 +80,13 @@ class Person:
     _correction: np.ndarray = field(default_factory=lambda: np.eye(2), init=False)
     _slip: np.ndarray = field(default_factory=lambda: np.zeros(2), init=False)
     _past: deque[_Moment] = field(default_factory=deque, init=False)
+    _trust: float = field(default=1.0, init=False)  # in their forecast, from 0 to 1
     _instead: tuple[np.ndarray, np.ndarray] = field(init=False)
     _until_s: float = field(default=-np.inf, init=False)
 
     def begin(self) -> None:
         """A new way of steering: expect their own idea, and be surprised anew."""
-        self.surprises, self._correction = [], np.eye(2)
+        self.surprises, self._correction, self._trust = [], np.eye(2), 1.0
         self.pause()
 
     def pause(self) -> None:
@@ -98,26 +104,33 @@ class Person:
         return _in_reach(h)
 
     def push(
-        self, task: Task, wanted_m_s: np.ndarray, hand: HandPose, now_s: float, dt_s: float
+        self,
+        task: Task,
+        wish: Callable[[HandPose], np.ndarray],
+        hand: HandPose,
+        now_s: float,
+        dt_s: float,
     ) -> np.ndarray:
         """The stick ``(2,)`` they give to make the hand go as they want.
 
         Args:
             task: Whose degrees of freedom they think in.
-            wanted_m_s: Where to, ``(2,)``.
+            wish: Where they want a hand to go from somewhere, ``(2,)`` in [m/s].
             hand: Where they see the hand, which is where it was a reaction time ago.
             now_s: Any clock that does not jump.
             dt_s: Since the last time.
         """
         human = self._human(task)
         self._look(human, hand, now_s)
+        wanted = wish(task.moved(hand, self._forecast(now_s)))
         if now_s < self._until_s:
             back, elsewhere = self._instead
             h = back if self._until_s - now_s > _DOUBT_S else elsewhere
         else:
-            h = _in_reach(self._correction @ human.answer(wanted_m_s * STEP_S, hand))
+            h = _in_reach(self._correction @ human.answer(wanted * STEP_S, hand))
         h = _in_reach(h + self._shake(h, dt_s))
-        self._past.append(_Moment(now_s, hand, wanted_m_s, h))
+        expected = human.wish(np.linalg.pinv(self._correction) @ h, hand) / STEP_S
+        self._past.append(_Moment(now_s, hand, wanted, h, expected))
         return h
 
     def surprise(self) -> float:
@@ -130,6 +143,15 @@ class Person:
         slip = np.sqrt(1.0 - keep**2) * shake * self.rng.standard_normal(2)
         self._slip = keep * self._slip + slip
         return self._slip
+
+    def _forecast(self, now_s: float) -> np.ndarray:
+        """How far they believe that the hand got since it was as they see it, ``(2,)`` in [m]."""
+        delay_s = self.habits.reaction_s
+        expected = [each.expected for each in self._past if now_s - each.at_s <= delay_s]
+        if not expected:
+            return np.zeros(2)
+        way: np.ndarray = self._trust * delay_s * np.mean(expected, axis=0)
+        return way
 
     def _look(self, human: SimulatedHuman, hand: HandPose, now_s: float) -> None:
         """Compare what is seen to have come of the stick with what it was meant to do.
@@ -145,8 +167,17 @@ class Person:
             self._learn(human, step[-1], hand, now_s, np.mean([each.h for each in done], axis=0))
         doubt = [each for each in past if now_s - each.at_s >= _DOUBT_S]
         done = [each for each in past if delay_s <= now_s - each.at_s <= delay_s + _DOUBT_S]
+        if doubt and done:
+            self._weigh(human.task.dof_change(doubt[-1].hand, hand), done)
         if doubt and done and now_s >= self._until_s + delay_s + _DOUBT_S:
             self._doubt(human.task, doubt[-1].hand, hand, done, now_s)
+
+    def _weigh(self, came: np.ndarray, done: list[_Moment]) -> None:
+        """Trust the forecast as far as it came true over the last half second."""
+        expected = _DOUBT_S * np.mean([each.expected for each in done], axis=0)
+        size = float(expected @ expected)
+        if size > (_LITTLE * FULL_STICK_M_S * _DOUBT_S) ** 2:
+            self._trust = float(np.clip(came @ expected / size, 0.0, 1.0))
 
     def _learn(
         self, human: SimulatedHuman, then: _Moment, hand: HandPose, now_s: float, pushed: np.ndarray

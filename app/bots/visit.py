@@ -275,8 +275,8 @@ class Visit:
         sight = eyes.Sight.of_status(status)
         if eyes.presses(sight):
             await page.send(type="press")
-        wanted = eyes.wish(task.name, sight)
-        x, y = self.person.push(task, wanted, sight.hand, self._now_s(), dt_s).tolist()
+        wish = eyes.wish_from(task.name, sight)
+        x, y = self.person.push(task, wish, sight.hand, self._now_s(), dt_s).tolist()
         await page.send(type="stick", seq=sequence, x=x, y=y)
 
     # Questionnaires.

@@ -19,7 +19,7 @@ import numpy as np
 
 from app.analysis.measures import measure
 from app.bots.crowd import Crowd
-from app.bots.eyes import Sight, presses, wish
+from app.bots.eyes import Sight, presses, wish_from
 from app.bots.person import Habits, Person
 from app.bots.visit import STICK_HZ
 from app.jobs.worker import train
@@ -213,8 +213,8 @@ def _drive(
         if tick % _TICKS_A_STICK == 0 and len(seen) > delay:
             if presses(seen[0]):
                 session.press(_TAB)
-            wanted = wish(lab.task.name, seen[0])
-            stick = person.push(lab.task, wanted, seen[0].hand, now_s, 1.0 / STICK_HZ)
+            wish = wish_from(lab.task.name, seen[0])
+            stick = person.push(lab.task, wish, seen[0].hand, now_s, 1.0 / STICK_HZ)
             session.move_stick(_TAB, float(stick[0]), float(stick[1]), now_s)
         session.tick(now_s, _DT_S)
         if not session.is_trying:

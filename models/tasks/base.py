@@ -14,7 +14,7 @@ from ..demonstrations import (
     joints_at,
     way_point_demonstrations,
 )
-from ..kinematics import HandPose, Kinematics, turn
+from ..kinematics import HandPose, Kinematics, rotated, turn
 from ..props import Props
 from ..simulation import Simulation
 from .attempt import Attempt, FreeDrive
@@ -112,6 +112,12 @@ class Task:
         change = _change(before, after)
         moves = [change @ to_dof.T for to_dof in self._to_dof]
         return self._by_motion(before, moves)
+
+    def moved(self, pose: HandPose, change: DofChange) -> HandPose:
+        """The pose after a small change in the two degrees of freedom: undoes ``dof_change``."""
+        moves = [change @ motion.axes.T for motion in self.motions]
+        way = self._by_motion(pose, moves)
+        return HandPose(pose.position + way[..., :3], rotated(pose.rotation, way[..., 3:]))
 
     def dof_jacobian(self, kinematics: Kinematics, q: JointPositions) -> np.ndarray:
         """How fast the hand gets along with each joint, ``(..., 2, 7)`` in [m/rad]."""

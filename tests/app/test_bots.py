@@ -1,6 +1,11 @@
 """Simulated participants walk a study through a running server's doors, politely and rudely."""
 
 import asyncio
+import os
+import signal
+import subprocess
+import sys
+import time
 import uuid
 from collections import Counter
 from collections.abc import Callable
@@ -17,9 +22,10 @@ from app.bots.visit import Manners, Visit, _Cut
 from app.cli import main
 from app.storage.tables import AnswerRow, DriveRow, ResponseRow
 from models.kinematics import HandPose
+from models.panda_pack import default_folder
 from models.preferences import axes, parse_preference
 from models.tasks import get_task
-from tests.running_server import running_server
+from tests.running_server import children_of, running_server
 
 PROTOCOL = {
     "title": "Rehearsal",
@@ -101,6 +107,36 @@ def test_a_file_that_is_no_protocol_is_refused_in_one_line(tmp_path: Path, capsy
     assert heard.count("\n") == 1
 
 
+@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGINT])
+def test_bots_that_are_ended_leave_no_server_and_no_half_export(
+    how: signal.Signals, tmp_path: Path
+) -> None:
+    words = ["--study", "examples/paper-study.yaml", "--out", str(tmp_path / "study.zip")]
+    bots = subprocess.Popen(
+        [sys.executable, "-m", "app.cli", "bots", *words],
+        env=os.environ | {"TMPDIR": str(tmp_path), "JOYMAP_PANDA_DIR": str(default_folder())},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    _until(lambda: any(tmp_path.glob("joymap-bots-*/joymap.db")))
+    servers = children_of(bots.pid)
+    assert len(servers) == 1
+    bots.send_signal(how)
+    _, heard = bots.communicate(timeout=40.0)
+    assert heard == "joymap bots: Stopped before it was done.\n"
+    assert bots.returncode == 130
+    assert not Path(f"/proc/{servers[0]}").exists()
+    assert list(tmp_path.iterdir()) == []
+
+
+def _until(is_so: Callable[[], bool]) -> None:
+    limit_s = time.monotonic() + 40.0
+    while not is_so():
+        assert time.monotonic() < limit_s
+        time.sleep(0.02)
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -134,13 +170,55 @@ def test_whoever_adapts_learns_what_the_stick_really_does() -> None:
             wanted = rng.normal(size=2) * 0.1 if tick % 30 == 0 else wanted
             hands.append(HandPose(place.copy(), np.eye(3)))
             seen = hands[max(0, tick - 6)]  # a reaction time ago
-            h = person.push(task, wanted, seen, tick / 30, 1 / 30)
+            h = person.push(task, _always(wanted), seen, tick / 30, 1 / 30)
             change = turned @ h * 0.2 / 30
             place[:2] += change
             misses.append(abs(np.angle(complex(*change) / complex(*wanted))))
         last[adapts] = np.rad2deg(np.mean(misses[-150:]))
     assert last[0.0] == pytest.approx(60.0, abs=8.0)
     assert last[0.05] < 15.0
+
+
+@pytest.mark.parametrize("speed", [1.0, 0.5])
+def test_who_knows_of_the_delay_stops_where_they_want_to(speed: float) -> None:
+    """A brisk person and a hand that is as fast as they think, or half as fast."""
+    task, delay = get_task("avoid"), 6
+    habits = Habits(motor_noise=0.0, reaction_s=delay / 30)
+    person = Person(axes(), habits, np.random.default_rng(1))
+    place, goal, hands = np.array([0.4, 0.0, 0.3]), np.array([0.55, 0.0]), list[HandPose]()
+
+    def wish(hand: HandPose) -> np.ndarray:
+        way: np.ndarray = 6.0 * (goal - hand.position[:2])
+        return np.clip(way, -0.15, 0.15)
+
+    farthest = 0.0
+    for tick in range(300):
+        hands.append(HandPose(place.copy(), np.eye(3)))
+        h = person.push(task, wish, hands[max(0, tick - delay)], tick / 30, 1 / 30)
+        place[:2] += speed * h * 0.2 / 30
+        farthest = max(farthest, place[0])
+    assert place[:2] == pytest.approx(goal, abs=1e-3)
+    assert farthest < goal[0] + 1e-3
+
+
+def test_a_forecast_that_does_not_come_true_is_not_trusted() -> None:
+    """The hand stands still: who believed that it moves would stop short, believing to be there."""
+    task, where = get_task("avoid"), HandPose(np.array([0.4, 0.0, 0.3]), np.eye(3))
+    person = Person(axes(), Habits(motor_noise=0.0), np.random.default_rng(1))
+    asked: list[np.ndarray] = []
+
+    def wish(hand: HandPose) -> np.ndarray:
+        asked.append(hand.position.copy())
+        return np.array([0.1, 0.0])
+
+    for tick in range(40):
+        person.push(task, wish, where, tick / 30, 1 / 30)
+    assert asked[10][0] == pytest.approx(0.4 + 0.2 * 0.1, abs=1e-3)
+    assert asked[-1] == pytest.approx(where.position)
+
+
+def _always(wanted: np.ndarray) -> Callable[[HandPose], np.ndarray]:
+    return lambda _hand: wanted
 
 
 class CutOff:
@@ -172,7 +250,7 @@ def test_who_gets_no_closer_takes_it_back_and_tries_elsewhere(goes: float, undon
     for tick in range(300):
         hands.append(HandPose(place.copy(), np.eye(3)))
         seen = hands[max(0, tick - 6)]
-        pushes.append(person.push(task, np.array([0.1, 0.0]), seen, tick / 30, 1 / 30))
+        pushes.append(person.push(task, _always(np.array([0.1, 0.0])), seen, tick / 30, 1 / 30))
         place[:2] += goes * 0.2 / 30 * pushes[-1]
     turned = np.mean([push @ pushes[0] < -0.5 * (pushes[0] @ pushes[0]) for push in pushes])
     assert turned == undone if undone == 0.0 else turned > undone

@@ -54,6 +54,15 @@ def test_the_jacobian_is_the_derivative_of_the_degrees_of_freedom(task, kinemati
     assert_allclose(change, linear, atol=1e-8)
 
 
+def test_what_was_moved_changed_by_that_much_and_by_nothing_else(task, kinematics, rng):
+    s, _ = task.demonstrations(kinematics, rng, 6, 5).pairs()
+    change = 1e-4 * rng.normal(size=(len(s), 2))
+    before = kinematics.hand_pose(s)
+    after = task.moved(before, change)
+    assert_allclose(task.dof_change(before, after), change, atol=1e-9)
+    assert_allclose(task.off_task_change(before, after), 0.0, atol=1e-9)
+
+
 def test_a_turn_counts_a_lever_for_each_radian():
     task = get_task("pour")
     change = task.dof_change(hand_at(0.5, 0.0, 0.3), hand_at(0.5, 0.0, 0.31, 0.04))
