@@ -74,7 +74,7 @@ BOTS := $(BIN)/joymap bots --study examples/paper-study.yaml --participants 10 -
 simulated-study: setup
 	mkdir -p $(STUDIES)
 	$(BOTS) --seed 100 --out $(STUDIES)/first.zip
-	$(BOTS) --seed 200 --out $(STUDIES)/held-out.zip
+	$(BOTS) --seed 400 --out $(STUDIES)/held-out.zip
 	$(BOTS) --seed 300 --same all-priors --out $(STUDIES)/same.zip
 	$(BIN)/joymap study-page --first $(STUDIES)/first.zip --held-out $(STUDIES)/held-out.zip \
 	  --same $(STUDIES)/same.zip --out docs/simulated-study.md

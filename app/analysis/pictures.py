@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from matplotlib import rc_context
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 # Okabe and Ito's colours for all eyes (https://jfly.uni-koeln.de/color), greys for what learns
@@ -51,3 +52,19 @@ def save_figure(figure: Figure, stem: Path, endings: Sequence[str] = ENDINGS) ->
         for path, ending in zip(paths, endings, strict=True):
             figure.savefig(path, format=ending, dpi=150, metadata=_NO_DATES[ending])
     return paths
+
+
+def legend_below(figure: Figure, panel: Axes) -> None:
+    """What the colours of a panel mean, once each, below all panels."""
+    handles, titles = panel.get_legend_handles_labels()
+    once = dict(zip(titles, handles, strict=True))
+    figure.legend(
+        list(once.values()), list(once), loc="outside lower center", ncols=len(once), frameon=False
+    )
+
+
+def plain(panel: Axes) -> None:
+    """Nothing but faint lines across and the two axes."""
+    panel.set_axisbelow(True)
+    panel.grid(axis="y", color="#dddddd", linewidth=0.6)
+    panel.spines[["top", "right"]].set_visible(False)

@@ -7,31 +7,26 @@ asterisks mark pairs that differ after correction (:mod:`app.analysis.comparison
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import zip_longest
+from statistics import fmean
 from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from app.analysis import study_values as values
 from app.analysis.comparisons import Comparison, Values, compare
-from app.analysis.measures import heat_map
-from app.analysis.pictures import COLOURS, STYLE
+from app.analysis.drive_figures import heat_maps, read_drives, trajectories
+from app.analysis.pictures import COLOURS, STYLE, legend_below, plain
 from app.analysis.study_export import StudyExport
 from models.alignment import STRATEGIES
 from models.tasks import TASKS, get_task
 
-_QUATERNION = ("hand_qw", "hand_qx", "hand_qy", "hand_qz")
-_TICKS = ("raw_x", "raw_y", "hand_x", "hand_y", *_QUATERNION)
 _WIDTH = 0.8  # of all bars of a group
-_PATH_POINTS = 300  # of a hand's way; more are not seen
 _POINT: dict[str, Any] = {"s": 9, "color": "black", "alpha": 0.45, "linewidths": 0, "zorder": 3}
-# What a hand's way is drawn over: from above, or how far it turned where it goes to and fro.
-_FROM_ABOVE = ("hand_y", "hand_x")
-_TURNING = {"pour-cup": ("hand_x", "turned")}
-_AXES = {"hand_x": "ahead [m]", "hand_y": "to the left [m]", "turned": "turned [°]"}
 
 
 @dataclass(frozen=True)
@@ -89,13 +84,18 @@ def pictures(export: StudyExport, found: Sequence[Comparison]) -> Iterator[Pictu
             "How often each strategy was chosen as the best one."
         ))  # fmt: skip
     if rows:
-        ways, sticks = _drives(export)
-        yield _picture("trajectories", "Where the hand went", _trajectories(rows, ways), (
+        ways, sticks = read_drives(export)
+        yield _picture("trajectories", "Where the hand went", trajectories(rows, ways), (
             "For each task and strategy the hand's way in every try; a colour is a person."
         ))  # fmt: skip
-        yield _picture("stick", "Where the stick was", _sticks(rows, sticks), (
+        yield _picture("stick", "Where the stick was", heat_maps(rows, sticks), (
             "For each task and strategy the share of the pushed time that the stick was in each "
             "cell of its square, as a mean over people."
+        ))  # fmt: skip
+    if any(len(made) > 1 for _, _, made in _series(export)):
+        yield _picture("tries", "From try to try", _tries(export), (
+            "For each task and strategy the time of the first try, of the second, and so on: the "
+            "mean over people, and a thin line for each person."
         ))  # fmt: skip
     again = values.repeats(export)
     if again:
@@ -125,7 +125,7 @@ def _objective(export: StudyExport, found: Sequence[Comparison]) -> Callable[[],
             _bars(panel, tasks, [each for each in found if each.measure == measure.name])
             panel.set_xticks(range(len(tasks)), [get_task(task).title for task in tasks])
             panel.set_ylabel(measure.title)
-        _legend(figure, panels[0])
+        legend_below(figure, panels[0])
         return figure
 
     return draw
@@ -144,7 +144,7 @@ def _responses(
             _bars(panel, groups, [each for each in found if each.measure == name])
             panel.set_xticks(range(len(groups)), list(groups))
             panel.set_ylabel(name)
-        _legend(figure, panels[0])
+        legend_below(figure, panels[0])
         return figure
 
     return draw
@@ -175,7 +175,7 @@ def _bars(panel: Axes, groups: Mapping[str, Values], found: Sequence[Comparison]
                 _bracket(panel, x[each.first], x[each.second], highest, _stars(each.p_holm))
         top = max(top, highest)
     panel.set_ylim(0.0, 1.1 * top if top else 1.0)
-    _plain(panel)
+    plain(panel)
 
 
 def _bar(panel: Axes, x: float, width: float, strategy: str, people: Mapping[str, float]) -> float:
@@ -216,105 +216,7 @@ def _preference(export: StudyExport) -> Callable[[], Figure]:
         )
         panel.set_xlabel("times chosen")
         panel.invert_yaxis()
-        _plain(panel)
-        return figure
-
-    return draw
-
-
-_Ways = dict[tuple[str, str], list[tuple[str, dict[str, np.ndarray]]]]
-_Sticks = dict[tuple[str, str], list[np.ndarray]]
-
-
-def _drives(export: StudyExport) -> tuple[_Ways, _Sticks]:
-    """The hand's ways and the stick's heat-maps by task and strategy, read once."""
-    rows = {row["drive"]: row for row in values.tries(export)}
-    ways: _Ways = {}
-    sticks: _Sticks = {}
-    for drive in export.ticks(_TICKS):
-        row = rows.get(drive.drive)
-        if row is None:
-            continue
-        key = (row["task"], row["strategy"])
-        every = max(1, len(drive.columns["hand_x"]) // _PATH_POINTS)
-        columns = drive.columns | {"turned": _turned(drive.columns)}
-        way = {name: columns[name][::every] for name in _AXES}
-        ways.setdefault(key, []).append((row["participant"], way))
-        sticks.setdefault(key, []).append(heat_map(drive.columns))
-    return ways, sticks
-
-
-def _turned(columns: Mapping[str, np.ndarray]) -> np.ndarray:
-    """How far the hand is turned from where it began, ``(n,)`` in [°]."""
-    q = np.stack([columns[name] for name in _QUATERNION], axis=-1)
-    angle: np.ndarray = np.degrees(2.0 * np.arccos(np.clip(np.abs(q @ q[0]), 0.0, 1.0)))
-    return angle
-
-
-def _grid(rows: values.Rows, size: float) -> tuple[Figure, Iterator[tuple[Axes, str, str]]]:
-    """A panel for each task (a row, named at its left) and strategy (a column)."""
-    tasks, strategies = values.tasks_of(rows), values.strategies_of(rows)
-    figure = Figure(
-        figsize=(0.6 + size * len(strategies), 0.6 + size * len(tasks)), layout="constrained"
-    )
-    panels = figure.subplots(len(tasks), len(strategies), squeeze=False, sharex="row", sharey="row")
-
-    def cells() -> Iterator[tuple[Axes, str, str]]:
-        for (line, task), (column, strategy) in product(enumerate(tasks), enumerate(strategies)):
-            panel = panels[line, column]
-            if line == 0:
-                panel.set_title(STRATEGIES[strategy].title)
-            yield panel, task, strategy
-            if column == 0:
-                panel.set_ylabel(f"$\\bf{{{_bold(get_task(task).title)}}}$\n{panel.get_ylabel()}")
-            else:
-                panel.set_ylabel("")
-
-    return figure, cells()
-
-
-def _bold(words: str) -> str:
-    return words.replace(" ", r"\ ")
-
-
-def _trajectories(rows: values.Rows, ways: _Ways) -> Callable[[], Figure]:
-    def draw() -> Figure:
-        figure, cells = _grid(rows, 2.5)
-        people = sorted({row["participant"] for row in rows})
-        colours = {who: f"C{index % 10}" for index, who in enumerate(people)}
-        for panel, task, strategy in cells:
-            across, along = _TURNING.get(task, _FROM_ABOVE)
-            for who, way in ways.get((task, strategy), []):
-                panel.plot(way[across], way[along], color=colours[who], linewidth=0.7, alpha=0.7)
-            if task not in _TURNING:
-                panel.set_aspect("equal")
-            panel.set_xlabel(_AXES[across])
-            panel.set_ylabel(_AXES[along])
-            if across == "hand_y" and not panel.xaxis_inverted():
-                panel.invert_xaxis()  # the base's y points to the left
-            _plain(panel)
-        return figure
-
-    return draw
-
-
-def _sticks(rows: values.Rows, sticks: _Sticks) -> Callable[[], Figure]:
-    def draw() -> Figure:
-        figure, cells = _grid(rows, 2.1)
-        image: Any = None
-        for panel, task, strategy in cells:
-            maps = sticks.get((task, strategy), [])
-            mean = np.mean(maps, axis=0) if maps else np.zeros((1, 1))
-            # The root lets what is seldom be seen beside what is often.
-            image = panel.imshow(
-                np.sqrt(mean.T), origin="lower", extent=(-1, 1, -1, 1), cmap="viridis", vmin=0.0,
-                vmax=0.4,
-            )  # fmt: skip
-            panel.set_xlabel("stick to the right")
-            panel.set_ylabel("stick up")
-        bar = figure.colorbar(image, ax=figure.axes, shrink=0.6, label="share of the pushed time")
-        shares = np.array([0.0, 0.01, 0.04, 0.09, 0.16])
-        bar.set_ticks(list(np.sqrt(shares)), labels=[f"{share:.0%}" for share in shares])
+        plain(panel)
         return figure
 
     return draw
@@ -338,7 +240,41 @@ def _consistency(again: Sequence[values.Repeat]) -> Callable[[], Figure]:
         panel.set_xticks(range(len(tasks)), [get_task(task).title for task in tasks])
         panel.set_ylabel("angle between two answers [°]")
         panel.set_ylim(bottom=0.0)
-        _plain(panel)
+        plain(panel)
+        return figure
+
+    return draw
+
+
+def _series(export: StudyExport) -> Iterator[tuple[str, str, list[float]]]:
+    """A task, a strategy, and the times of somebody's tries in their order."""
+    for task, strategies in values.each_try(export, values.OBJECTIVE[0]).items():
+        for strategy, people in strategies.items():
+            for made in people.values():
+                yield task, strategy, made
+
+
+def _tries(export: StudyExport) -> Callable[[], Figure]:
+    def draw() -> Figure:
+        tasks = values.each_try(export, values.OBJECTIVE[0])
+        figure = Figure(figsize=(1.2 + 2.4 * len(tasks), 3.0), layout="constrained")
+        panels = figure.subplots(1, len(tasks), squeeze=False, sharey=True)[0]
+        for panel, (task, strategies) in zip(panels, tasks.items(), strict=True):
+            for strategy, people in strategies.items():
+                for made in people.values():
+                    panel.plot(range(1, 1 + len(made)), made, color=COLOURS[strategy],
+                               linewidth=0.6, alpha=0.5)  # fmt: skip
+                each = list(zip_longest(*people.values()))
+                means = [fmean(time for time in times if time is not None) for times in each]
+                panel.plot(range(1, 1 + len(means)), means, "o-", color=COLOURS[strategy], ms=4,
+                           linewidth=2.0, label=STRATEGIES[strategy].title)  # fmt: skip
+            panel.set_title(get_task(task).title)
+            panel.set_xlabel("try")
+            panel.xaxis.set_major_locator(MaxNLocator(integer=True))
+            panel.set_ylim(bottom=0.0)
+            plain(panel)
+        panels[0].set_ylabel(values.OBJECTIVE[0].title)
+        legend_below(figure, panels[0])
         return figure
 
     return draw
@@ -368,23 +304,9 @@ def _learning(curves: _Curves) -> Callable[[], Figure]:
             panel.set_yscale("log")
             panel.set_title(get_task(task).title)
             panel.set_xlabel("step")
-            _plain(panel)
+            plain(panel)
         panels[0].set_ylabel("supervised loss")
-        _legend(figure, panels[0])
+        legend_below(figure, panels[0])
         return figure
 
     return draw
-
-
-def _legend(figure: Figure, panel: Axes) -> None:
-    handles, titles = panel.get_legend_handles_labels()
-    once = dict(zip(titles, handles, strict=True))
-    figure.legend(
-        list(once.values()), list(once), loc="outside lower center", ncols=len(once), frameon=False
-    )
-
-
-def _plain(panel: Axes) -> None:
-    panel.set_axisbelow(True)
-    panel.grid(axis="y", color="#dddddd", linewidth=0.6)
-    panel.spines[["top", "right"]].set_visible(False)

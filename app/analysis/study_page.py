@@ -82,10 +82,10 @@ def page_text(studies: Studies, shown: Sequence[str]) -> str:
             "a Williams square, never hearing which it is, and say what they felt "
             "([app/bots](../app/bots)). `make simulated-study` makes this page anew.\n",
             "They are no people: what holds here is what follows from the learning and from a "
-            "model of a driver, who acts on what was seen a fifth of a second ago, trembles, takes "
-            "back what leads nowhere and tries something else, and never gets used to a strange "
-            "stick. They give up after a minute; a try that came to nothing counts with the two "
-            "minutes that there were.\n",
+            "model of a driver, who sees what was so a fifth of a second ago and forecasts the "
+            "rest, trembles, takes back what leads nowhere and tries something else, and never "
+            "gets used to a strange stick. They give up after a minute; a try that came to "
+            "nothing counts with the two minutes that there were.\n",
             "## What the paper says, and what came of it\n",
             f"Tests: {TEST}; “{STRATEGIES[OURS].title}” against each of the two others, as the "
             "paper's hypothesis has it, corrected over three tasks and two pairs for each "

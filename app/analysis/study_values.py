@@ -57,8 +57,8 @@ def strategies_of(rows: Rows) -> list[str]:
     return [name for name in STRATEGIES if name in found]
 
 
-def objective(export: StudyExport, measure: Measure) -> dict[str, Values]:
-    """A measure by task, strategy and participant: the mean over their tries.
+def each_try(export: StudyExport, measure: Measure) -> dict[str, dict[str, dict[str, list[float]]]]:
+    """A measure by task, strategy and participant: of each of their tries, in their order.
 
     A try that came to nothing counts with the time that there was, or whoever gives up at once
     would be the fastest: the protocol's limit, or as long as the longest try at that task.
@@ -74,12 +74,17 @@ def objective(export: StudyExport, measure: Measure) -> dict[str, Values]:
             value = max(value, limits[row["participant"], row["task"]])
         per_person = found[row["task"]][row["strategy"]]
         per_person.setdefault(row["participant"], []).append(measure.scale * value)
+    return found
+
+
+def objective(export: StudyExport, measure: Measure) -> dict[str, Values]:
+    """A measure by task, strategy and participant: the mean over their tries."""
     return {
         task: {
-            strategy: {who: fmean(values) for who, values in people.items()}
+            strategy: {who: fmean(made) for who, made in people.items()}
             for strategy, people in strategies.items()
         }
-        for task, strategies in found.items()
+        for task, strategies in each_try(export, measure).items()
     }
 
 

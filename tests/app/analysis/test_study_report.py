@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from app.analysis import study_values as values
-from app.analysis.study_export import NotAnExport, read_export
-from app.analysis.study_figures import comparisons, pictures
+from app.analysis.study_export import NotAnExport, StudyExport, read_export
+from app.analysis.study_figures import Picture, comparisons, pictures
 from app.analysis.study_page import Studies, page_text
 from app.analysis.study_report import as_text, findings, summary, write_report
 from app.cli import main
@@ -182,7 +182,7 @@ def test_a_study_without_drives_has_a_report_too(tmp_path: Path) -> None:
 
 def test_bars_are_as_high_as_the_means_and_points_are_people() -> None:
     export = make_study(people=4)
-    (picture,) = [p for p in pictures_of(export) if p.name == "objective"]
+    (picture,) = [each for each in pictures_of(export) if each.name == "objective"]
     panel = picture.figure.axes[0]
     heights = sorted(patch.get_height() for patch in panel.patches)
     means = sorted(row["mean"] for row in summary(export) if row["measure"] == "completion_time_s")
@@ -191,19 +191,31 @@ def test_bars_are_as_high_as_the_means_and_points_are_people() -> None:
     assert len(spots) == 4 * len(STRATEGIES)
 
 
+def test_tries_are_drawn_in_the_order_in_which_they_were_made() -> None:
+    times = {"a": [30.0, 20.0, 10.0], "b": [20.0, 16.0]}
+    drives = [
+        make_drive(who, "all-priors", completion_time_s=time_s)
+        for who, made in times.items()
+        for time_s in made
+    ]
+    export = make_export(drives=drives)
+    (picture,) = [each for each in pictures_of(export) if each.name == "tries"]
+    lines = [list(line.get_ydata()) for line in picture.figure.axes[0].lines]
+    assert lines == [[30.0, 20.0, 10.0], [20.0, 16.0], [25.0, 18.0, 10.0]]
+    once = make_export(drives=[drives[0], drives[3]])
+    assert "tries" not in [each.name for each in pictures_of(once)]
+
+
+def pictures_of(export: StudyExport) -> list[Picture]:
+    """Those that need no ticks; the others are given none."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(StudyExport, "ticks", lambda _self, _names: iter(()))
+        return list(pictures(export, []))
+
+
 def offsets_of(marks: object) -> list[object]:
     offsets = np.asarray(marks.get_offsets())  # type: ignore[attr-defined]
     return list(offsets) if len(offsets) == 4 else []
-
-
-def pictures_of(export: object) -> list[object]:
-    """Those that need no ticks."""
-    found = []
-    for picture in pictures(export, []):  # type: ignore[arg-type]
-        found.append(picture)
-        if picture.name == "responses":
-            break
-    return found
 
 
 @pytest.mark.parametrize(
