@@ -59,9 +59,11 @@ check: $(VENV)/.test $(PANDA)/manifest.json
 bench: $(VENV)/.test $(PANDA)/manifest.json
 	$(BIN)/python -m tests.benchmarks
 
-# Three hours: hundreds of drives through a running server, a thousand random ones in each world,
-# ten thousand people, trouble at every step of a study, and crowds of simulated participants.
+# Three hours: the tests that take long, hundreds of drives through a running server, a thousand
+# random ones in each world, ten thousand people, trouble at every step of a study, and crowds of
+# simulated participants.
 soak: $(VENV)/.test $(PANDA)/manifest.json
+	$(BIN)/python -m pytest -m soak
 	$(BIN)/python -m tests.soak.driven_tasks
 	$(BIN)/python -m tests.soak.random_drives
 	$(BIN)/python -m tests.soak.many_people

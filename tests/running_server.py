@@ -91,13 +91,14 @@ class RunningServer:
         return self._experimenter
 
     def participant_links(self, count: int) -> list[str]:
-        """The printed link, and as many more as it takes, made by the experimenter."""
-        links = [self.participant_link]
-        if count > 1:
-            wanted = {"id": str(uuid.uuid4()), "count": count - 1}
-            made = self.experimenter().post("/api/v1/studies/demo/participants", json=wanted)
-            links += [line["link"] for line in made.raise_for_status().json()["participants"]]
-        return links
+        """The printed link, and as many more as it takes."""
+        return [self.participant_link, *(self.new_links(count - 1) if count > 1 else [])]
+
+    def new_links(self, count: int = 1) -> list[str]:
+        """Links of new participants, made by the experimenter."""
+        wanted = {"id": str(uuid.uuid4()), "count": count}
+        made = self.experimenter().post("/api/v1/studies/demo/participants", json=wanted)
+        return [line["link"] for line in made.raise_for_status().json()["participants"]]
 
     def kill(self) -> None:
         self.process.send_signal(signal.SIGKILL)

@@ -119,11 +119,13 @@ def test_bots_that_are_ended_leave_no_server_and_no_half_export(
         stderr=subprocess.PIPE,
         text=True,
     )
-    _until(lambda: any(tmp_path.glob("joymap-bots-*/joymap.db")))
-    servers = children_of(bots.pid)
-    assert len(servers) == 1
-    bots.send_signal(how)
-    _, heard = bots.communicate(timeout=40.0)
+    try:
+        _until(lambda: any(tmp_path.glob("joymap-bots-*/joymap.db")))
+        servers = children_of(bots.pid)
+        assert len(servers) == 1
+    finally:
+        bots.send_signal(how)
+        _, heard = bots.communicate(timeout=40.0)
     assert heard == "joymap bots: Stopped before it was done.\n"
     assert bots.returncode == 130
     assert not Path(f"/proc/{servers[0]}").exists()

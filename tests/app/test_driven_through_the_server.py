@@ -16,10 +16,10 @@ from models.experiment import PAPER_LABELS
 from tests.page import Page, person_of
 from tests.running_server import Participant, running_server
 
-TASKS = ("pour-cup", "fetch-and-pour")  # test_bots.py goes round
+TASKS = ["fetch-and-pour", pytest.param("pour-cup", marks=pytest.mark.soak)]
 
 
-@pytest.mark.parametrize("task", TASKS)
+@pytest.mark.parametrize("task", TASKS)  # test_bots.py goes round
 def test_who_has_answered_as_many_questions_as_the_paper_asks_gets_it_done(
     task: str, tmp_path: Path
 ) -> None:

@@ -18,7 +18,6 @@ from app.storage.tables import StudyRow
 from models.panda_pack import default_folder
 
 HASH = accounts.hashed("correct horse")
-EXAMPLES = 8  # of each operation; there are some sixty
 
 
 @pytest.fixture(scope="module")
@@ -55,8 +54,8 @@ def test_programs_get_the_description_once_they_are_let_in(client: TestClient) -
 class Asking:
     """Asks each operation some times, and keeps what was answered."""
 
-    def __init__(self, client: TestClient, real: dict[str, str]) -> None:
-        self.client, self.real = client, real
+    def __init__(self, client: TestClient, real: dict[str, str], examples: int) -> None:
+        self.client, self.real, self.examples = client, real, examples
         self.codes: dict[str, set[int]] = {}
         self.stumbled: list[tuple[str, int, Any]] = []
 
@@ -64,7 +63,7 @@ class Asking:
         name = f"{operation.method.upper()} {operation.path}"
 
         @settings(
-            max_examples=EXAMPLES,
+            max_examples=self.examples,
             derandomize=True,
             database=None,
             deadline=None,
@@ -100,14 +99,17 @@ class Asking:
             self.stumbled.append((name, answer.status_code, case.body))
 
 
-def test_nothing_that_fits_the_description_makes_the_server_stumble(client: TestClient) -> None:
+@pytest.mark.parametrize("examples", [4, pytest.param(50, marks=pytest.mark.soak)])
+def test_nothing_that_fits_the_description_makes_the_server_stumble(
+    client: TestClient, examples: int
+) -> None:
     service = client.app.state.service  # type: ignore[attr-defined]
     link, person = enrolment.new_token(), str(uuid.uuid4())
     with service.database.write() as db:
         demo = db.get_one(StudyRow, protocols.DEMO)
         enrolment.enrol(db, demo, link, participant_id=person, origin="experimenter")
     real = {"token": link, "participant_id": person, "study_id": protocols.DEMO, "view": "v"}
-    asking = Asking(client, real)
+    asking = Asking(client, real, examples)
     schema = schemathesis.openapi.from_dict(client.app.openapi())  # type: ignore[attr-defined]
     for found in schema.get_all_operations():
         log_in(client)  # who was there may have been logged out

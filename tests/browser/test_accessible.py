@@ -187,7 +187,7 @@ def test_the_stick_has_a_role_a_name_and_a_value(browser: Browser, server: Runni
     expect(stick).to_have_accessible_description(page.locator("#stick-hint").inner_text())
     for name, says in (("ArrowUp", "forward"), ("ArrowRight", "right")):
         page.keyboard.down(name)
-        page.wait_for_timeout(600)
+        expect(stick).to_have_attribute("aria-valuetext", re.compile(says))
         page.keyboard.up(name)
         expect(stick).to_have_attribute("aria-valuetext", re.compile(says))
     assert int(stick.get_attribute("aria-valuenow") or 0) > 0

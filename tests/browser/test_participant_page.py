@@ -13,15 +13,16 @@ from tests.running_server import Participant, RunningServer, running_server
 HALF_PIXELS = {"device_scale_factor": 0.5}
 
 
-@pytest.fixture
-def server(tmp_path: Path) -> Generator[RunningServer]:
-    with running_server(tmp_path) as server:
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Generator[RunningServer]:
+    with running_server(tmp_path_factory.mktemp("page")) as server:
         yield server
 
 
 @pytest.fixture
 def visitor(browser: Browser, server: RunningServer) -> Generator[Visitor]:
-    visitor = Visitor(browser, server.participant_link, **HALF_PIXELS)
+    (link,) = server.new_links()
+    visitor = Visitor(browser, link, **HALF_PIXELS)
     yield visitor
     assert visitor.complaints == []
     visitor.close()
@@ -168,9 +169,8 @@ def test_the_picture_is_the_arm_and_the_table_alone(visitor: Visitor) -> None:
 def test_a_phone_needs_no_scrolling_to_answer_or_to_steer(
     browser: Browser, server: RunningServer
 ) -> None:
-    visitor = Visitor(
-        browser, server.participant_link, PHONE, has_touch=True, is_mobile=True, **HALF_PIXELS
-    )
+    (link,) = server.new_links()
+    visitor = Visitor(browser, link, PHONE, has_touch=True, is_mobile=True, **HALF_PIXELS)
     visitor.begin()
     for name in ("stick", "confirm", "cant-say", "play-again", "question"):
         box = visitor.page.get_by_test_id(name).bounding_box()
@@ -182,13 +182,14 @@ def test_a_phone_needs_no_scrolling_to_answer_or_to_steer(
     visitor.close()
 
 
-def test_the_dashboard_gives_out_a_link_that_works(browser: Browser, server: RunningServer) -> None:
+def test_the_dashboard_gives_out_a_link_that_works(browser: Browser, tmp_path: Path) -> None:
     page = browser.new_page()
-    sign_up(page, server)
-    page.get_by_test_id("study-demo").click()
-    page.get_by_test_id("new-participant").click()
-    link = page.get_by_test_id("link")
-    expect(link).to_be_visible()
-    assert Participant(link.input_value()).session()["step"] == "consent"
-    expect(page.get_by_test_id("participant-P-2")).to_be_visible()
-    page.close()
+    with running_server(tmp_path) as server:
+        sign_up(page, server)
+        page.get_by_test_id("study-demo").click()
+        page.get_by_test_id("new-participant").click()
+        link = page.get_by_test_id("link")
+        expect(link).to_be_visible()
+        assert Participant(link.input_value()).session()["step"] == "consent"
+        expect(page.get_by_test_id("participant-P-2")).to_be_visible()
+        page.close()
