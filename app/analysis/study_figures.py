@@ -92,8 +92,9 @@ def pictures(export: StudyExport, found: Sequence[Comparison]) -> Iterator[Pictu
             "For each task and strategy the share of the pushed time that the stick was in each "
             "cell of its square, as a mean over people."
         ))  # fmt: skip
-    if any(len(made) > 1 for _, _, made in _series(export)):
-        yield _picture("tries", "From try to try", _tries(export), (
+    times = values.each_try(export, values.OBJECTIVE[0])
+    if _most_tries(times) > 1:
+        yield _picture("tries", "From try to try", _tries(times), (
             "For each task and strategy the time of the first try, of the second, and so on: the "
             "mean over people, and a thin line for each person."
         ))  # fmt: skip
@@ -246,17 +247,18 @@ def _consistency(again: Sequence[values.Repeat]) -> Callable[[], Figure]:
     return draw
 
 
-def _series(export: StudyExport) -> Iterator[tuple[str, str, list[float]]]:
-    """A task, a strategy, and the times of somebody's tries in their order."""
-    for task, strategies in values.each_try(export, values.OBJECTIVE[0]).items():
-        for strategy, people in strategies.items():
-            for made in people.values():
-                yield task, strategy, made
+def _most_tries(tasks: values.Tries) -> int:
+    counts = [
+        len(made)
+        for strategies in tasks.values()
+        for people in strategies.values()
+        for made in people.values()
+    ]
+    return max(counts, default=0)
 
 
-def _tries(export: StudyExport) -> Callable[[], Figure]:
+def _tries(tasks: values.Tries) -> Callable[[], Figure]:
     def draw() -> Figure:
-        tasks = values.each_try(export, values.OBJECTIVE[0])
         figure = Figure(figsize=(1.2 + 2.4 * len(tasks), 3.0), layout="constrained")
         panels = figure.subplots(1, len(tasks), squeeze=False, sharey=True)[0]
         for panel, (task, strategies) in zip(panels, tasks.items(), strict=True):

@@ -14,6 +14,8 @@ from models.tasks import TASKS
 
 MADE = ("done", "given up", "time limit")  # ends of tries that a person made to an end
 Rows = list[dict[str, Any]]
+# Of every task, strategy and participant: a value for each try.
+Tries = dict[str, dict[str, dict[str, list[float]]]]
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,7 @@ def strategies_of(rows: Rows) -> list[str]:
     return [name for name in STRATEGIES if name in found]
 
 
-def each_try(export: StudyExport, measure: Measure) -> dict[str, dict[str, dict[str, list[float]]]]:
+def each_try(export: StudyExport, measure: Measure) -> Tries:
     """A measure by task, strategy and participant: of each of their tries, in their order.
 
     A try that came to nothing counts with the time that there was, or whoever gives up at once
@@ -65,7 +67,7 @@ def each_try(export: StudyExport, measure: Measure) -> dict[str, dict[str, dict[
     """
     rows = tries(export)
     limits = _limits(export, rows)
-    found: dict[str, dict[str, dict[str, list[float]]]] = {
+    found: Tries = {
         task: {strategy: {} for strategy in strategies_of(rows)} for task in tasks_of(rows)
     }
     for row in rows:
