@@ -129,7 +129,8 @@ class Person:
         else:
             h = _in_reach(self._correction @ human.answer(wanted * STEP_S, hand))
         h = _in_reach(h + self._shake(h, dt_s))
-        expected = human.wish(np.linalg.pinv(self._correction) @ h, hand) / STEP_S
+        meant = np.linalg.pinv(self._correction) @ h if self.habits.adapts else h
+        expected = human.wish(meant, hand) / STEP_S
         self._past.append(_Moment(now_s, hand, wanted, h, expected))
         return h
 
@@ -168,9 +169,10 @@ class Person:
         doubt = [each for each in past if now_s - each.at_s >= _DOUBT_S]
         done = [each for each in past if delay_s <= now_s - each.at_s <= delay_s + _DOUBT_S]
         if doubt and done:
-            self._weigh(human.task.dof_change(doubt[-1].hand, hand), done)
-        if doubt and done and now_s >= self._until_s + delay_s + _DOUBT_S:
-            self._doubt(human.task, doubt[-1].hand, hand, done, now_s)
+            came = human.task.dof_change(doubt[-1].hand, hand)
+            self._weigh(came, done)
+            if now_s >= self._until_s + delay_s + _DOUBT_S:
+                self._doubt(came, done, now_s)
 
     def _weigh(self, came: np.ndarray, done: list[_Moment]) -> None:
         """Trust the forecast as far as it came true over the last half second."""
@@ -193,16 +195,14 @@ class Person:
             power = float(looks_like @ looks_like) + 0.01
             self._correction += self.habits.adapts * np.outer(miss, looks_like) / power
 
-    def _doubt(
-        self, task: Task, before: HandPose, hand: HandPose, done: list[_Moment], now_s: float
-    ) -> None:
+    def _doubt(self, came: np.ndarray, done: list[_Moment], now_s: float) -> None:
         """Where hardly any way is made, take it back, and then try something else."""
         pushed = np.mean([each.h for each in done], axis=0)
         wanted = np.mean([each.wanted for each in done], axis=0)
         expected_m = FULL_STICK_M_S * _DOUBT_S * float(np.linalg.norm(pushed))
         if float(np.linalg.norm(pushed)) < _PUSHED or not wanted.any():
             return
-        way_m = float(task.dof_change(before, hand) @ wanted) / float(np.linalg.norm(wanted))
+        way_m = float(came @ wanted) / float(np.linalg.norm(wanted))
         if way_m < _LITTLE * expected_m:
             angle = self.rng.uniform(0.0, 2.0 * np.pi)
             self._instead = (-pushed, np.array([np.cos(angle), np.sin(angle)]))
