@@ -192,9 +192,10 @@ class Visit:
             self._felt = []
         failed, made = 0, 0
         while not session["block"]["may_continue"]:
-            opened = await self._post("drives", _id=session["block"]["open_drive"])
+            drive_id = session["block"]["open_drive"] or str(uuid.uuid4())
+            await self._post("drives", _id=drive_id)
             try:
-                progress = await self._attempt(task, opened["id"])
+                progress = await self._attempt(task, drive_id)
             except _Cut:  # as a page does: ask where one is, and begin again
                 session = await self._get("session")
                 if session["step"] != "block":

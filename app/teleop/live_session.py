@@ -92,6 +92,7 @@ class LiveSession:
         self._show: Show | None = None
         self._drive: _Drive | None = None
         self._homing = False
+        self._last_drive_id: str | None = None
         self._is_preparing = False
         self._hold: str | None = "released"
         self._shown_q = np.full(7, np.nan)
@@ -111,8 +112,8 @@ class LiveSession:
 
     @property
     def drive_id(self) -> str | None:
-        """The drive that is open, or was the last to end."""
-        return None if self._drive is None else self._drive.log.drive_id
+        """The drive that is open, or was the last to end: it does not begin again."""
+        return self._last_drive_id
 
     # What pages say.
 
@@ -205,6 +206,7 @@ class LiveSession:
         self.let_go()
         attempt = attempt or FreeDrive(self._simulation)
         self._drive = _Drive(strategy, mapping, log, attempt, attempt.progress)
+        self._last_drive_id = log.drive_id
 
     def stop_drive(self, why: str) -> None:
         """End the drive, if there is one."""

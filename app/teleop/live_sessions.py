@@ -157,6 +157,8 @@ class LiveSessions:
                 DriveLog(self.recorder, opened.id, 0, self._settings.record_chunk_s),
                 attempt,
             )
+            # Their page may have been away while the robot learned; it is waited for from now on.
+            self._unseen_since.pop(participant.id, None)
 
     async def run(self) -> None:
         """Tick, record, and close what nobody looks at, until cancelled."""

@@ -284,6 +284,23 @@ def test_no_acknowledged_answer_is_lost_or_doubled_by_kills(kills: int, tmp_path
     assert len({row.sequence for row in kept.values()}) == len(kept)
 
 
+def test_a_page_that_was_away_before_a_drive_is_waited_for(tmp_path: Path) -> None:
+    with running_server(tmp_path, training_steps=20, drive_waits_s=1.5) as server:
+        participant = Participant(server.participant_link)
+        with live(participant):
+            answer_all(participant)
+        participant.wait_for_training()
+        participant.post("driving").raise_for_status()
+        time.sleep(3.0)  # nobody looks, for longer than a page is waited for
+        participant.post("drives", strategy="no-align").raise_for_status()
+        time.sleep(1.2)  # whoever is away is looked for once a second
+        with live(participant) as page:
+            assert json.loads(page.recv(timeout=5))["drive_id"] is not None
+            steer(page, 0.0, 0.5, 0.3)
+        (drive,) = rows(tmp_path, DriveRow)
+        assert drive.end is None
+
+
 def wait_for_state(data_dir: Path, state: str, limit_s: float = 30.0) -> Any:
     deadline = time.monotonic() + limit_s
     while time.monotonic() < deadline:

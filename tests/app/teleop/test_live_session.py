@@ -128,6 +128,19 @@ def test_the_stick_moves_the_hand_and_letting_go_holds_it(arm: Arm) -> None:
     assert arm.hold() == "released"
 
 
+def test_a_drive_that_has_ended_does_not_begin_again(arm: Arm) -> None:
+    """Until its end is in the database, asking for it again finds it open there."""
+    arm.tick(1.0, (0.0, 1.0))
+    arm.session.stop_drive("left")
+    written = len(arm.recorder.rows())
+    arm.drive("d")
+    arm.tick(1.0, (0.0, 1.0))
+    assert not arm.session.is_driven
+    assert len(arm.recorder.rows()) == written
+    arm.drive("another")
+    assert arm.session.is_driven
+
+
 def test_the_arm_holds_a_quarter_of_a_second_after_silence(arm: Arm) -> None:
     arm.tick(0.5, (1.0, 0.0))
     assert np.linalg.norm(arm.tick(0.2)) > 0.01  # not heard of, but not for long
