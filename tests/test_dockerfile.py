@@ -40,6 +40,8 @@ def test_its_install_and_start_lines_run_in_a_clean_environment(tmp_path: Path) 
     for folder in (home, work, data):
         folder.mkdir(parents=True)
     environment = {"HOME": str(home), "PATH": f"{Path(sys.executable).parent}:{os.defpath}"}
+    # Which build of a version is installed is for the machine's own package index to say.
+    environment |= {name: value for name, value in os.environ.items() if name[:4] == "PIP_"}
     port = free_port()
     command: list[str] = []
     check: list[str] = []
