@@ -1,11 +1,10 @@
 // stick_inputs.js — one stick for a step: the pad, the keyboard and the gamepads feed one state.
-import { readGamepads } from './gamepads.js'
+import { NO_PAD, readGamepads } from './gamepads.js'
 import { STEERING_KEYS, StickState } from './joystick.js'
 import { Keys } from './keys.js'
 import { StickPad } from './stick_pad.js'
 import { SteadyStick, adjust, areSame } from './stick_settings.js'
 
-const NO_BUTTONS = new Set()
 const POINTERS = { mouse: 'mouse', touch: 'finger', pen: 'pen' }
 
 export class StickInputs {
@@ -26,7 +25,7 @@ export class StickInputs {
     this.state.settings = visit.session.stick
     this.steady = new SteadyStick()
     this.buttons = buttons
-    this.pressed = NO_BUTTONS
+    this.pressed = NO_PAD.pressed
     this.pointerKind = 'mouse'
     this.gamepadName = null
     this.pad = new StickPad({ label, hint, name, says, onMove: (h, kind) => {
@@ -95,11 +94,10 @@ export class StickInputs {
 
   #readGamepads() {
     // A window in the background must not steer.
-    const reading = document.hasFocus() ? readGamepads() : null
-    this.gamepadName = reading?.name ?? null
-    const pressed = reading?.pressed ?? NO_BUTTONS
-    if (reading !== null && this.isOn) {
-      this.state.moveGamepad(reading.h)
+    const { h, name, pressed } = document.hasFocus() ? readGamepads() : NO_PAD
+    this.gamepadName = name
+    if (this.isOn) {
+      this.state.moveGamepad(h)
       for (const button of pressed) if (!this.pressed.has(button)) this.buttons[button]?.()
     }
     this.pressed = pressed
