@@ -65,18 +65,24 @@ export class AnswerMark {
     if (this.h === null) this.at = { x: direction.x * TAP, y: direction.y * TAP }
   }
 
+  /** The pointer is here now: what it does counts, not what of it is drawn. @param {Stick} h */
+  point(h) {
+    this.at = h
+  }
+
   /** Take the gamepad's stick as it is now. @param {Stick} h */
   press(h) {
     if (deflection(h) > 0) this.at = h
   }
 
   /**
+   * What keys and gamepads do while they are held.
+   *
    * @param {import('./joystick.js').StickState} state
    * @param {number} dt_s
    * @param {number} now_ms
    */
   follow(state, dt_s, now_ms) {
-    if (state.device === 'pointer' && state.pointer !== null) this.at = state.pointer
     if (state.device === 'keys') {
       const way = (state.isGentle ? GENTLE_SPEED : SPEED) * dt_s
       const { x, y } = state.direction

@@ -18,7 +18,7 @@ export class StickInputs {
    * @param {Record<string, () => void>} [options.shortcuts] keys, by KeyboardEvent.code
    * @param {Record<number, () => void>} [options.buttons] gamepad buttons, by number
    * @param {(direction: import('./api.js').Stick) => void} [options.onTap] a steering key went down
-   * @param {(h: import('./api.js').Stick | null) => void} [options.onPointer]
+   * @param {(h: import('./api.js').Stick) => void} [options.onPointer] a pointer on the pad is here now
    */
   constructor({ visit, label, hint, says, name, shortcuts = {}, buttons = {}, onTap = () => {}, onPointer = () => {} }) {
     this.state = new StickState()
@@ -30,8 +30,9 @@ export class StickInputs {
     this.gamepadName = null
     this.pad = new StickPad({ label, hint, name, says, onMove: (h, kind) => {
       this.state.movePointer(h)
-      if (h !== null) this.pointerKind = kind
-      onPointer(h)
+      if (h === null) return
+      this.pointerKind = kind
+      onPointer(this.state.pointer)
     } })
     this.keys = new Keys(this.state, shortcuts, (code) => {
       const [x, y] = STEERING_KEYS[code]

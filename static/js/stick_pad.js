@@ -33,7 +33,7 @@ export class StickPad {
       'aria-valuemin': 0, 'aria-valuemax': 100, 'aria-valuenow': 0, 'aria-valuetext': 'in the middle',
       onpointerdown: (event) => this.#begin(event),
       onpointermove: (event) => this.#follow(event),
-      onpointerup: (event) => this.#end(event),
+      onpointerup: (event) => this.#letGo(event),
       onpointercancel: (event) => this.#end(event),
       onlostpointercapture: (event) => this.#end(event),
       oncontextmenu: (event) => event.preventDefault(),
@@ -125,6 +125,12 @@ export class StickPad {
 
   #follow(event) {
     if (event.pointerId === this.pointerId) this.onMove(this.#at(event), event.pointerType)
+  }
+
+  /** Where the pointer is let go it may not have been before: moves wait for the next picture, this does not. */
+  #letGo(event) {
+    this.#follow(event)
+    this.#end(event)
   }
 
   #end(event) {

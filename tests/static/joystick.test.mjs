@@ -63,14 +63,17 @@ test('the device used last counts, and a gamepad lying still does not take over'
   state.moveGamepad({ x: 1, y: 0 })
   near(state.read(2), CENTRE)
 })
-test('an answer dragged stays where it was let go', () => {
+test('an answer dragged is where the pointer was last, whatever was drawn of its way, and stays there', () => {
   const mark = new AnswerMark()
   const state = new StickState()
-  state.movePointer({ x: 0.2, y: 0.6 })
-  mark.follow(state, 0.016, 0)
+  for (const h of [{ x: 0.2, y: 0.6 }, { x: -0.3, y: 0.9 }]) {
+    state.movePointer(h)
+    mark.point(state.pointer)
+  }
   state.movePointer(null)
-  mark.follow(state, 0.016, 16)
-  near(mark.h, { x: 0.2, y: 0.6 })
+  near(mark.h, { x: -0.3, y: 0.9 })
+  for (const now_ms of [16, 32]) mark.follow(state, 0.016, now_ms)
+  near(mark.h, { x: -0.3, y: 0.9 })
 })
 test('keys carry the answer on from where it is, never over the edge', () => {
   const mark = new AnswerMark()

@@ -102,7 +102,7 @@ test('answers are given with the same stick', () => {
   }
   near(answer({ gain: 2 }, (state, mark) => {
     state.movePointer({ x: 0.3, y: 0.1 })
-    mark.follow(state, 0.016, 0)
+    mark.point(state.pointer)
   }), { x: 0.6, y: 0.2 })
   near(answer({ invert_y: true }, (state, mark) => {
     state.press('ArrowUp')

@@ -35,6 +35,7 @@ class QueriesStep {
       hint: 'Hold the arrow keys or W, A, S, D to move your answer; it stays where you leave it. Shift moves it slowly.',
       says: 'Your answer:',
       onTap: (direction) => this.mark.tap(direction),
+      onPointer: (h) => this.mark.point(h),
       shortcuts: { Enter: () => this.confirm(), NumpadEnter: () => this.confirm(), KeyR: () => this.again() },
       buttons: { 0: () => this.pressA(), 3: () => this.again() },
     })
