@@ -103,6 +103,7 @@ async def _join(http: httpx.AsyncClient, join_link: str, external_id: str) -> st
     """A place in the study: the participant's own link."""
     for attempt in range(20):
         try:
+            await http.get(join_link)  # as a browser does, which is known by it from then on
             made = await http.post(join_link, json={"external_id": external_id})
         except httpx.TransportError:
             await asyncio.sleep(0.2 * (1 + attempt))

@@ -47,6 +47,20 @@ class StudyFull(JoymapError):
         super().__init__("This study has all the participants it needs. Thank you for coming!")
 
 
+class IdTaken(JoymapError):
+    """A recruiting service's id that somebody else came with before."""
+
+    status_code = 409
+    kind = "id-taken"
+
+    def __init__(self) -> None:
+        """Say how who it was gets in again."""
+        super().__init__(
+            "Somebody takes part with this id already. If that is you, open the link you were "
+            "given then, or ask the experimenter for a new one."
+        )
+
+
 class NoSuchParticipant(JoymapError):
     """A participant nobody invited."""
 
@@ -114,6 +128,7 @@ def enrol(
     participant_id: str,
     origin: str,
     external_id: str | None = None,
+    browser_hash: str | None = None,
 ) -> ParticipantRow:
     """Give somebody a place in a study, under the newest version of its protocol.
 
@@ -148,6 +163,7 @@ def enrol(
         origin=origin,
         external_id=external_id,
         token_hash=hash_of(token),
+        browser_hash=browser_hash,
         seed=secrets.randbits(31),
         created_at=now,
         opened_at=None,
@@ -160,20 +176,35 @@ def enrol(
     return participant
 
 
-def join(db: Session, link_token: str, token: str, external_id: str | None) -> ParticipantRow:
-    """Come by a study's shared link; who is known by their external id gets their place again.
+def join(
+    db: Session, link_token: str, token: str, external_id: str | None, browser: str
+) -> ParticipantRow:
+    """Come by a study's shared link; who comes back with their external id gets their place again.
 
-    Somebody who comes back gets a new link, and the former one ends.
+    An external id is no secret: the place goes only to the browser that took it. Somebody who
+    comes back gets a new link, and the former one ends.
+
+    Args:
+        db: The transaction.
+        link_token: The shared link's.
+        token: The participant's own link's, if they get in.
+        external_id: What a recruiting service calls them.
+        browser: What their browser is known by.
 
     Raises:
         UnknownLink: If it is no study's.
+        IdTaken: If somebody came with this id before, in another browser.
         StudyClosed: If the study takes nobody in, and this is nobody known.
         StudyFull: If all its places are taken.
     """
     study = study_of(db, link_token)
+    # Without an id there is nothing to come back with, so no browser is kept.
+    browser_hash = None if external_id is None else hash_of(browser)
     if external_id is not None:
         known = participants.by_external_id(db, study.id, external_id)
         if known is not None:
+            if known.browser_hash != browser_hash:
+                raise IdTaken
             if known.state == "abandoned":
                 come_back(db, known)
             known.token_hash = hash_of(token)
@@ -185,6 +216,7 @@ def join(db: Session, link_token: str, token: str, external_id: str | None) -> P
         participant_id=str(uuid.uuid4()),
         origin=LINK,
         external_id=external_id,
+        browser_hash=browser_hash,
     )
 
 
@@ -214,15 +246,15 @@ def startup_link(db: Session, settings: Settings) -> str:
 
 
 def new_link(participant: ParticipantRow) -> str:
-    """A new token for a participant; the former link ends."""
+    """A new token for a participant; the former link ends, and their browser is known no more."""
     token = new_token()
-    participant.token_hash = hash_of(token)
+    participant.token_hash, participant.browser_hash = hash_of(token), None
     return token
 
 
 def revoke(participant: ParticipantRow) -> None:
-    """End a participant's link."""
-    participant.token_hash = None
+    """End a participant's link; the study's shared link does not bring them back either."""
+    participant.token_hash, participant.browser_hash = None, None
 
 
 def exclude(participant: ParticipantRow, why: str | None) -> None:

@@ -43,7 +43,7 @@ def erase(database: Database, data_dir: Path, participant_id: str) -> bool:
         participant = db.get_one(ParticipantRow, participant_id)
         files = erasure.erase(db, participant_id)
         participant.external_id, participant.stick, participant.seed = None, None, 0
-        participant.excluded = None
+        participant.excluded, participant.browser_hash = None, None
     for name in files:
         for path in (data_dir / "alignments").glob(f"{name}.*"):
             path.unlink(missing_ok=True)

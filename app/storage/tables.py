@@ -100,6 +100,7 @@ class ParticipantRow(Row):
     origin: Mapped[str]  # "start": printed when the server started; "experimenter"; "link"
     external_id: Mapped[str | None]  # a recruiting service's name for them
     token_hash: Mapped[str | None] = mapped_column(unique=True)  # null: the link was revoked
+    browser_hash: Mapped[str | None]  # of the cookie they came with by the shared link
     seed: Mapped[int]
     created_at: Mapped[datetime]
     opened_at: Mapped[datetime | None]

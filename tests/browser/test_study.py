@@ -1,5 +1,6 @@
 """A whole study in a real browser: an experimenter makes it, people take part, one withdraws."""
 
+import uuid
 from collections.abc import Generator
 from pathlib import Path
 from typing import Any
@@ -92,9 +93,9 @@ def test_people_take_part_in_a_study_made_in_the_browser(
     for name in (NO_ALIGN, *LEARNABLE):
         assert not any(name in text for text in sent), name
 
-    again = Joined(browser, link + "?PROLIFIC_PID=5f3c", [])
-    again.page.get_by_test_id("join").click()
-    again.wait_for_step("end")  # the same person, where they were
+    person.page.goto(link + "?PROLIFIC_PID=5f3c")
+    person.page.get_by_test_id("join").click()
+    person.wait_for_step("end")  # the same browser, where they were
     other = Joined(browser, link, [], viewport=PHONE)
     other.page.get_by_test_id("join").click()
     other.wait_for_step("consent")
@@ -104,7 +105,7 @@ def test_people_take_part_in_a_study_made_in_the_browser(
     other.click("withdraw-erase")
     other.wait_for_step("end")
     expect(other.page.get_by_test_id("end")).to_have_attribute("data-state", "withdrawn")
-    for visitor in (person, again, other):
+    for visitor in (person, other):
         visitor.close()
 
     expect(office.locator("#summary")).to_contain_text("1 done, 0 under way, 0 gone, 1 withdrew")
@@ -124,6 +125,32 @@ def test_people_take_part_in_a_study_made_in_the_browser(
     assert_accessible(office)
     assert errors == []
     office.context.close()
+
+
+def test_a_shared_link_brings_nobody_to_anothers_place(
+    browser: Browser, server: RunningServer
+) -> None:
+    office, study = server.experimenter(), f"/api/v1/studies/{uuid.uuid4()}"
+    made = {"id": study.rsplit("/", 1)[1], "protocol": PROTOCOL}
+    office.post("/api/v1/studies", json=made).raise_for_status()
+    link = office.post(f"{study}/link").raise_for_status().json()["link"]
+    named = f"{link}?PROLIFIC_PID=5f3c"
+    person, stranger = Joined(browser, named, []), Joined(browser, named, [])
+    person.page.get_by_test_id("join").click()
+    person.wait_for_step("consent")
+    first = person.page.url
+    stranger.page.get_by_test_id("join").click()
+    expect(stranger.page.get_by_role("status")).to_contain_text("takes part with this id already")
+    assert stranger.page.url == named
+    assert_accessible(stranger.page)
+    assert httpx.get(f"{first}/api/session").json()["step"] == "consent"
+    person.page.goto(named)
+    person.page.get_by_test_id("join").click()
+    person.wait_for_step("consent")  # the same browser, where they were
+    assert person.page.url != first
+    assert httpx.get(f"{first}/api/session").status_code == 404
+    for visitor in (person, stranger):
+        visitor.close()
 
 
 def play_a_move(office: Page) -> None:

@@ -91,19 +91,20 @@ def test_a_recruiting_services_person_is_enrolled_once(database: Database) -> No
         study, link = make_study(db), enrolment.new_token()
         study.link_hash = enrolment.hash_of(link)
         first_token, second_token = enrolment.new_token(), enrolment.new_token()
-        first = enrolment.join(db, link, first_token, "5f3c")
-        again = enrolment.join(db, link, second_token, "5f3c")
-        other = enrolment.join(db, link, enrolment.new_token(), "77aa")
+        first = enrolment.join(db, link, first_token, "5f3c", "their browser")
+        again = enrolment.join(db, link, second_token, "5f3c", "their browser")
+        other = enrolment.join(db, link, enrolment.new_token(), "77aa", "another")
         assert first.id == again.id != other.id
         assert enrolment.participant_of(db, second_token).id == first.id
         with pytest.raises(UnknownLink):
             enrolment.participant_of(db, first_token)
         study.state = "closed"
-        assert enrolment.join(db, link, enrolment.new_token(), "5f3c").id == first.id
+        back = enrolment.join(db, link, enrolment.new_token(), "5f3c", "their browser")
+        assert back.id == first.id
         with pytest.raises(enrolment.StudyClosed):
-            enrolment.join(db, link, enrolment.new_token(), "new")
+            enrolment.join(db, link, enrolment.new_token(), "new", "another")
         with pytest.raises(UnknownLink):
-            enrolment.join(db, "guessed", enrolment.new_token(), None)
+            enrolment.join(db, "guessed", enrolment.new_token(), None, "another")
 
 
 def test_the_same_id_is_enrolled_once(database: Database) -> None:
