@@ -101,18 +101,22 @@ def steps_of(protocol: Protocol, cell: int) -> tuple[Step, ...]:
             return (*steps, Step("driving", "driving", task, order))
         for position, strategy in enumerate(order, start=1):
             steps.append(Step(f"block/{task}/{position}", "block", task, (strategy,), position))
-            steps += [
-                Step(f"questions/{task}/{position}/{name}", "questions", task, (), position, name)
-                for name in asked.after_each_strategy
-            ]
-        steps += [
-            Step(f"questions/{task}/after/{name}", "questions", task, (), None, name)
-            for name in asked.after_each_task
-        ]
-    steps += [
-        Step(f"questions/end/{name}", "questions", questionnaire=name) for name in asked.at_the_end
-    ]
+            steps += _questions(f"{task}/{position}", asked.after_each_strategy, task, position)
+        steps += _questions(f"{task}/after", asked.after_each_task, task)
+    steps += _questions("end", asked.at_the_end)
     return (*steps, Step("end", "end"))
+
+
+def _questions(
+    when: str, names: tuple[str, ...], task: str | None = None, position: int | None = None
+) -> list[Step]:
+    """A step for each questionnaire; in protocols kept long ago one may be there several times."""
+    steps = []
+    for index, name in enumerate(names):
+        before = names[:index].count(name)
+        key = f"questions/{when}/{name}" + (f"/{before + 1}" if before else "")
+        steps.append(Step(key, "questions", task, (), position, name))
+    return steps
 
 
 def order_of(protocol: Protocol, cell: int) -> tuple[str, ...]:

@@ -35,15 +35,12 @@ def parse(content: Any) -> Protocol:
     Raises:
         BadProtocol: With the place of the first thing wrong, and what it is.
     """
-    try:
-        protocol = Protocol.model_validate(content)
-    except ValidationError as error:
-        first = error.errors(include_url=False, include_context=False)[0]
-        place = ".".join(str(part) for part in first["loc"]) or "protocol"
-        raise BadProtocol(f"{place}: {first['msg'].removeprefix('Value error, ')}.") from error
+    protocol = _read(content)
     asked = protocol.questionnaires
     for where, names in asked.model_dump().items():
         for name in names:
+            if names.count(name) > 1:
+                raise BadProtocol(f"'{name}' is there twice in questionnaires.{where}.")
             if find_questionnaire(protocol, name) is None:
                 known = ", ".join(
                     [*questionnaires.LIBRARY, *(own.name for own in protocol.own_questionnaires)]
@@ -108,8 +105,17 @@ def of_participant(db: Session, participant: ParticipantRow) -> tuple[Protocol, 
 
 
 def of_row(row: ProtocolRow) -> Protocol:
-    """The protocol that a version holds."""
-    return parse(row.content)
+    """The protocol that a version holds: checked when it was kept, by the rules of that day."""
+    return _read(row.content)
+
+
+def _read(content: Any) -> Protocol:
+    try:
+        return Protocol.model_validate(content)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_context=False)[0]
+        place = ".".join(str(part) for part in first["loc"]) or "protocol"
+        raise BadProtocol(f"{place}: {first['msg'].removeprefix('Value error, ')}.") from error
 
 
 def keep(db: Session, study: StudyRow, protocol: Protocol) -> ProtocolRow:

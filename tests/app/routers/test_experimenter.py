@@ -11,6 +11,7 @@ from app.main import create_app
 from app.services import accounts, enrolment, protocols
 from app.services.accounts import Role
 from app.settings import Settings
+from app.storage import studies
 from app.storage.database import Database, migrate
 from app.storage.tables import AuditRow, ParticipantRow, StudyRow
 from models.panda_pack import default_folder
@@ -264,6 +265,29 @@ def test_a_bad_protocol_is_said_to_be_so_and_nothing_is_kept(
     assert refused.status_code == 422
     assert said in sentence(refused)
     assert client.get(f"/api/v1/studies/{study_id}").status_code == 404
+
+
+def test_a_study_kept_before_a_rule_came_is_read_and_mended(client: TestClient) -> None:
+    sign_up(client)
+    with database_of(client).write() as db:
+        study = make_study(db)
+        row = studies.latest(db, study.id)
+        assert row is not None
+        row.content = row.content | {"questionnaires": {"at_the_end": ["sus", "sus"]}}
+        enrol(db, study)
+        path = f"/api/v1/studies/{study.id}"
+    found = client.get(path)
+    assert found.status_code == 200
+    protocol = found.json()["protocol"]
+    assert protocol["questionnaires"]["at_the_end"] == ["sus", "sus"]
+    assert client.get(f"{path}/participants").status_code == 200
+    refused = client.put(f"{path}/protocol", json={"protocol": protocol})
+    assert refused.status_code == 422
+    assert "'sus' is there twice in questionnaires.at_the_end" in sentence(refused)
+    mended = protocol | {"questionnaires": {"at_the_end": ["sus"]}}
+    changed = client.put(f"{path}/protocol", json={"protocol": mended})
+    assert changed.status_code == 200
+    assert changed.json()["version"] == 2
 
 
 def test_the_study_for_trying_out_is_the_settings_to_change(client: TestClient) -> None:

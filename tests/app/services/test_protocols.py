@@ -18,6 +18,7 @@ def test_a_protocol_written_as_yaml_reads_back_the_same(content: dict[str, Any])
 
 
 OWN = {"name": "own", "title": "Own", "items": [{"key": "a", "kind": "text", "text": "Why?"}]}
+PLACES = ("after_each_strategy", "after_each_task", "at_the_end")
 SCALE = {"key": "a", "kind": "scale", "text": "How?", "low": 7, "high": 1}
 
 
@@ -33,6 +34,17 @@ SCALE = {"key": "a", "kind": "scale", "text": "How?", "low": 7, "high": 1}
         ({"strategies": ["all-priors", "magic"]}, "there is no strategy 'magic'"),
         ({"strategies": ["ideal-align"]}, "ideal-align"),
         ({"questionnaires": {"at_the_end": ["horoscope"]}}, "questionnaires.at_the_end"),
+        *(
+            (
+                {"questionnaires": {where: ["sus", "steering", "sus"]}},
+                f"'sus' is there twice in {at}",
+            )
+            for where, at in ((each, f"questionnaires.{each}") for each in PLACES)
+        ),
+        (
+            {"own_questionnaires": [OWN], "questionnaires": {"at_the_end": ["own", "own"]}},
+            "'own' is there twice in questionnaires.at_the_end",
+        ),
         ({"own_questionnaires": [OWN, OWN]}, "there twice"),
         ({"own_questionnaires": [OWN | {"items": [SCALE]}]}, "high end above its low end"),
         ({"completion": {"url": "javascript:alert(1)"}}, "completion.url"),
