@@ -94,7 +94,7 @@ def _serve(_chosen: argparse.Namespace, settings: Settings) -> int:
     from app.schemas.protocol import NO_ALIGN
     from app.server import Server, print_links
     from app.storage.database import DatabaseInUse, migrate
-    from models.alignment import get_strategy
+    from models.strategies import get_strategy
     from models.tasks import get_task
 
     name = "JOYMAP_TASK"

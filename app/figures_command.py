@@ -51,7 +51,7 @@ def run_figures(chosen: argparse.Namespace, _settings: Settings) -> int:
 
     from app.analysis.study_export import NotAnExport, read_export
     from app.analysis.study_report import write_report
-    from models.alignment import STRATEGIES
+    from models.strategies import STRATEGIES
 
     if chosen.about is not None and chosen.about not in STRATEGIES:
         return _end(f"there is no strategy '{chosen.about}'; choose from {', '.join(STRATEGIES)}.")

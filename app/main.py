@@ -31,6 +31,7 @@ from app.storage.database import Database
 from app.teleop.live_sessions import LiveSessions
 from app.teleop.replay import Replays
 from models.checkpoints import load_controller
+from models.controller import LatentController
 from models.kinematics import Kinematics
 from models.panda_pack import open_pack
 from models.task_space import Survey

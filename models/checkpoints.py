@@ -10,7 +10,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cache
-from importlib.metadata import version
+from importlib.metadata import entry_points, version
 from pathlib import Path
 from typing import Any, cast
 
@@ -19,7 +19,7 @@ from safetensors import SafetensorError
 from safetensors.numpy import load as arrays_from_bytes
 from safetensors.numpy import save as arrays_to_bytes
 
-from .alignment import AffineAlignment, Alignment, NetworkAlignment, get_strategy
+from .alignment import Alignment, array_of
 from .controller import (
     AutoencoderController,
     LatentController,
@@ -27,11 +27,10 @@ from .controller import (
     WarpedController,
 )
 from .errors import CheckpointError, InputError, ShapeError
-from .kinematics import Kinematics
-from .network import Activation, Mlp
+from .fitting import AlignmentContext
+from .network import Mlp
 from .panda import N_JOINTS
-from .task_space import TaskSpaceAlignment
-from .tasks import Task
+from .strategies import ENTRY_POINTS, get_strategy
 
 FORMAT = 1
 # What a controller may be made of.
@@ -93,20 +92,12 @@ def load_controller(
     if form not in CONTROLLERS:
         offered = ", ".join(CONTROLLERS)
         raise InputError(f"There is no controller '{form}'; choose one of: {offered}.")
-    checkpoint, arrays = _load(folder / controller_stem(task, form), "controller")
-    s_mean = _array(arrays, "s_mean", (N_JOINTS,))
-    s_scale = _array(arrays, "s_scale", (N_JOINTS,))
-    z_scale = _array(arrays, "z_scale", (2,))
-    a_scale = float(_array(arrays, "a_scale", (1,))[0])
-    controller: LatentController
-    if form in LINEAR:
-        matrix = _network(arrays, "matrix", "tanh")
-        controller = LinearController(matrix, s_mean, s_scale, z_scale, a_scale, form)
-    else:
-        decoder = _network(arrays, "decoder", "tanh")
-        controller = AutoencoderController(decoder, s_mean, s_scale, z_scale, a_scale)
-        if form == "warped":
-            controller = WarpedController(controller, _array(arrays, "warp.turns", (N_JOINTS,)))
+    stem = folder / controller_stem(task, form)
+    checkpoint, arrays = _load(stem, "controller")
+    try:
+        controller = _controller(form, arrays)
+    except ShapeError as error:
+        raise _unfit(stem, error) from error
     if controller.content_hash != checkpoint.facts.get("controller_hash"):
         raise CheckpointError(f"The controller of '{task}' is not what its description says.")
     return controller
@@ -121,57 +112,41 @@ def save_alignment(
     stem: Path,
     alignment: Alignment,
     *,
+    strategy: str,
     seed: int,
     data_hash: str,
     settings: Mapping[str, Any],
     facts: Mapping[str, Any] | None = None,
 ) -> Checkpoint:
-    """Write an alignment; the files appear whole or not at all."""
+    """Write an alignment that was learned by a strategy; the files appear whole or not at all."""
     about = {
-        "strategy": alignment.strategy,
+        "strategy": strategy,
         "controller_hash": alignment.controller_hash,
         **(facts or {}),
     }
     return _save(stem, "alignment", alignment.to_arrays(), seed, data_hash, settings, about)
 
 
-def load_alignment(
-    stem: Path, task: Task, kinematics: Kinematics, controller: LatentController
-) -> Alignment:
+def load_alignment(stem: Path, context: AlignmentContext) -> Alignment:
     """An alignment.
 
     Args:
         stem: Of its files.
-        task: What it steers.
-        kinematics: The arm.
-        controller: What it is for.
+        context: What it is for.
 
     Raises:
         CheckpointError: If it is missing, unfinished, damaged, of another kind or for another
             controller.
+        InputError: If the strategy that it was learned by is not installed.
     """
     checkpoint, arrays = _load(stem, "alignment")
-    controller_hash = str(checkpoint.facts["controller_hash"])
-    if controller_hash != controller.content_hash:
+    if checkpoint.facts["controller_hash"] != context.controller.content_hash:
         raise CheckpointError(f"'{stem.name}' was learned for another controller.")
     strategy = get_strategy(str(checkpoint.facts["strategy"]))
-    if strategy.kind == "task-space":
-        try:
-            return TaskSpaceAlignment.from_arrays(
-                arrays, strategy.name, task, kinematics, controller
-            )
-        except ShapeError as error:
-            raise CheckpointError(f"The numbers of '{stem.name}' do not fit together.") from error
-    if strategy.kind == "affine":
-        matrix, offset = _array(arrays, "matrix", (2, 2)), _array(arrays, "offset", (2,))
-        return AffineAlignment(strategy.name, matrix, offset, controller_hash)
-    return NetworkAlignment(
-        strategy=strategy.name,
-        mlp=_network(arrays, "mlp", "silu"),
-        s_mean=_array(arrays, "s_mean", (N_JOINTS,)),
-        s_scale=_array(arrays, "s_scale", (N_JOINTS,)),
-        controller_hash=controller_hash,
-    )
+    try:
+        return strategy.method.from_arrays(arrays, context)
+    except ShapeError as error:
+        raise _unfit(stem, error) from error
 
 
 def read_checkpoint(stem: Path) -> Checkpoint:
@@ -193,8 +168,12 @@ def read_checkpoint(stem: Path) -> Checkpoint:
 
 
 def library_versions() -> dict[str, str]:
-    """Versions of the libraries that decide what a training gives."""
-    return {name: version(name) for name in _LIBRARIES}
+    """Versions of the libraries that decide what a training gives, with those of strategies."""
+    brought = [entry.dist for entry in entry_points(group=ENTRY_POINTS) if entry.dist is not None]
+    return {
+        **{name: version(name) for name in _LIBRARIES},
+        **{distribution.name: distribution.version for distribution in brought},
+    }
 
 
 @cache
@@ -257,17 +236,23 @@ def _load(stem: Path, kind: str) -> tuple[Checkpoint, dict[str, np.ndarray]]:
     return checkpoint, arrays
 
 
-def _network(arrays: Mapping[str, np.ndarray], prefix: str, activation: Activation) -> Mlp:
-    try:
-        return Mlp.from_arrays(arrays, prefix, activation)
-    except ShapeError as error:
-        raise CheckpointError(f"The network '{prefix}' does not fit together.") from error
+def _controller(form: str, arrays: Mapping[str, np.ndarray]) -> LatentController:
+    s_mean = array_of(arrays, "s_mean", (N_JOINTS,))
+    s_scale = array_of(arrays, "s_scale", (N_JOINTS,))
+    z_scale = array_of(arrays, "z_scale", (2,))
+    a_scale = float(array_of(arrays, "a_scale", (1,))[0])
+    if form in LINEAR:
+        matrix = Mlp.from_arrays(arrays, "matrix", "tanh")
+        return LinearController(matrix, s_mean, s_scale, z_scale, a_scale, form)
+    decoder = Mlp.from_arrays(arrays, "decoder", "tanh")
+    controller = AutoencoderController(decoder, s_mean, s_scale, z_scale, a_scale)
+    if form == "warped":
+        return WarpedController(controller, array_of(arrays, "warp.turns", (N_JOINTS,)))
+    return controller
 
 
-def _array(arrays: Mapping[str, np.ndarray], name: str, shape: tuple[int, ...]) -> np.ndarray:
-    if name not in arrays or arrays[name].shape != shape:
-        raise CheckpointError(f"The file of weights lacks '{name}' of shape {shape}.")
-    return arrays[name]
+def _unfit(stem: Path, error: ShapeError) -> CheckpointError:
+    return CheckpointError(f"The numbers of '{stem.name}' do not fit together: {error}")
 
 
 def _beside(stem: Path, ending: str) -> Path:

@@ -10,24 +10,23 @@ from functools import lru_cache
 
 import numpy as np
 
-from .alignment import STRATEGIES, Alignment, fit_affine, get_strategy
 from .checkpoints import CONTROLLERS, load_controller
 from .controller import LatentController
 from .designed_queries import design_queries
 from .errors import InputError
 from .evaluation import judge_moves
+from .fitting import FitProblem, Labels
 from .kinematics import Kinematics
 from .mapping import Mapping
 from .panda_pack import open_pack
 from .preferences import parse_preference
 from .queries import QueryPool, sample_pool
 from .simulated_human import SimulatedHuman, make_wrong, sensitivity
-from .task_space import Survey, fit_task_space, survey
+from .strategies import PAPER, STRATEGIES, get_strategy
 from .tasks import get_task
-from .training import Labels, fit_alignment, settings_for
 
 METHODS = tuple(STRATEGIES)  # in the order of the figure
-PAPER_METHODS = METHODS[:-1]
+PAPER_METHODS = tuple(strategy.name for strategy in PAPER)
 QUERIES = ("random", "designed")
 PAPER_NOISES = (0.0, 0.1, 0.5)
 PAPER_TASKS = ("plane", "pour", "reach-and-pour")
@@ -146,9 +145,11 @@ def run_cell(cell: Cell) -> Row:
     world = _world(cell.task, cell.controller, cell.unlabelled, cell.seed)
     preference = parse_preference(cell.preference, _chance(cell.seed, _PERSON))
     person = SimulatedHuman(get_task(cell.task), preference, world.kappa, cell.noise)
-    labels = _ask(cell, world, person)
+    strategy = get_strategy(cell.method)
+    labels = _every_label(world, person) if strategy.needs_everything else _ask(cell, world, person)
+    problem = FitProblem(person.task, world.kinematics, world.controller, labels, world.pool)
     began_s = time.perf_counter()
-    alignment = _learn(cell, world, person, labels)
+    alignment = strategy.method.fit(problem, cell.seed).alignment
     seconds = time.perf_counter() - began_s
     mapping = Mapping(world.controller, alignment)
     judged = judge_moves(mapping, person, world.kinematics, world.test)
@@ -172,7 +173,6 @@ class _World:
     pool: QueryPool
     test: QueryPool
     kappa: np.ndarray
-    survey: Survey
 
 
 @lru_cache(maxsize=8)
@@ -180,14 +180,7 @@ def _world(task_name: str, form: str, unlabelled: int, seed: int) -> _World:
     task, kinematics, controller = get_task(task_name), _kinematics(), _controller(task_name, form)
     pool = sample_pool(task, controller, kinematics, unlabelled, _chance(seed, _POOL))
     test = sample_pool(task, controller, kinematics, _TEST_MOVES, _chance(seed, _TEST))
-    return _World(
-        kinematics,
-        controller,
-        pool,
-        test,
-        sensitivity(task, kinematics, pool),
-        survey(task, kinematics, pool),
-    )
+    return _World(kinematics, controller, pool, test, sensitivity(task, kinematics, pool))
 
 
 @lru_cache(maxsize=1)
@@ -224,43 +217,13 @@ def _ask(cell: Cell, world: _World, person: SimulatedHuman) -> Labels:
     return Labels(states, h, next_states)
 
 
-def _learn(cell: Cell, world: _World, person: SimulatedHuman, labels: Labels) -> Alignment | None:
-    strategy, task, pool = get_strategy(cell.method), get_task(cell.task), world.pool
-    if strategy.kind == "identity":
-        return None
-    if strategy.needs_everything:
-        labels = _every_label(world, person)
-    if strategy.kind == "affine":
-        z = pool.latents[_reachable(world, person)]
-        return fit_affine(labels.human_inputs, z, strategy.name, world.controller.content_hash)
-    if strategy.kind == "task-space":
-        return fit_task_space(world.controller, world.kinematics, task, labels, world.survey)
-    return fit_alignment(
-        strategy,
-        world.controller,
-        world.kinematics,
-        task,
-        labels,
-        pool,
-        settings_for(task, strategy),
-        cell.seed,
-    ).alignment
-
-
 def _every_label(world: _World, person: SimulatedHuman) -> Labels:
     """What the person would answer without noise for every sample that is within their reach."""
-    rows = _reachable(world, person)
-    states, next_states = world.pool.states[rows], world.pool.next_states[rows]
-    before, after = (world.kinematics.hand_pose(q) for q in (states, next_states))
+    pool = world.pool
+    before, after = (world.kinematics.hand_pose(q) for q in (pool.states, pool.next_states))
     h = person.answer(person.task.dof_change(before, after), before)
-    return Labels(states, h, next_states)
-
-
-def _reachable(world: _World, person: SimulatedHuman) -> np.ndarray:
-    before = world.kinematics.hand_pose(world.pool.states)
-    after = world.kinematics.hand_pose(world.pool.next_states)
-    h = person.answer(person.task.dof_change(before, after), before)
-    return np.flatnonzero(np.linalg.norm(h, axis=-1) <= 1.0)
+    rows = np.flatnonzero(np.linalg.norm(h, axis=-1) <= 1.0)
+    return Labels(pool.states[rows], h[rows], pool.next_states[rows], pool.latents[rows])
 
 
 def _chance(seed: int, stream: int) -> np.random.Generator:

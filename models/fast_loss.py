@@ -14,9 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from .alignment import PriorWeights
 from .monomials import monomials, pull_back
-from .priors import STILL, TIP, ConsistencyForm, SupervisedForm
+from .priors import STILL, TIP, ConsistencyForm, PriorWeights, SupervisedForm
 
 Rows = Float[np.ndarray, "rows _"]
 

@@ -15,21 +15,18 @@ Z_REACH = 1.3
 
 @dataclass(frozen=True)
 class Mapping:
-    """a = phi(f(h, s), s), equation 1 of the paper; without an alignment, f is the identity.
+    """a = phi(f(h, s), s), equation 1 of the paper.
 
     Raises:
         CheckpointError: If the alignment was learned for another controller.
     """
 
     controller: LatentController
-    alignment: Alignment | None = None
+    alignment: Alignment
 
     def __post_init__(self) -> None:
         """Check that the two belong together."""
-        if (
-            self.alignment is not None
-            and self.alignment.controller_hash != self.controller.content_hash
-        ):
+        if self.alignment.controller_hash != self.controller.content_hash:
             raise CheckpointError("This alignment was learned for another controller.")
 
     def z(self, h: HumanInput, s: JointPositions) -> LatentAction:
@@ -38,7 +35,7 @@ class Mapping:
         Where the alignment asks for more than the controller was trained for, z is shortened and
         keeps its direction.
         """
-        z = h if self.alignment is None else self.alignment(h, s)
+        z = self.alignment(h, s)
         largest = np.max(np.abs(z), axis=-1, keepdims=True)
         shortened: np.ndarray = z / np.maximum(1.0, largest / Z_REACH)
         return shortened

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from .errors import CheckpointError, ShapeError
+from .errors import ShapeError
 
 Activation = Literal["tanh", "silu"]
 Layer = tuple[np.ndarray, np.ndarray]  # weight (inputs, outputs) and bias (outputs,)
@@ -74,17 +74,16 @@ class Mlp:
         """The network whose weights :meth:`to_arrays` named.
 
         Raises:
-            CheckpointError: If there is no such network among the arrays.
-            ShapeError: If its layers do not fit.
+            ShapeError: If there is no such network among the arrays, or its layers do not fit.
         """
         layers: list[Layer] = []
         while f"{prefix}.{len(layers)}.weight" in arrays:
             name = f"{prefix}.{len(layers)}"
             if f"{name}.bias" not in arrays:
-                raise CheckpointError(f"The file of weights lacks '{name}.bias'.")
+                raise ShapeError(f"The file of weights lacks '{name}.bias'.")
             layers.append((arrays[f"{name}.weight"], arrays[f"{name}.bias"]))
         if not layers:
-            raise CheckpointError(f"The file of weights holds no network named '{prefix}'.")
+            raise ShapeError(f"The file of weights holds no network named '{prefix}'.")
         return cls(tuple(layers), activation)
 
 

@@ -8,6 +8,7 @@ where everything that depends on the state was worked out before.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Literal
 
 import torch
@@ -26,6 +27,15 @@ STILL = 0.01
 # Rounds the tip of the unsquared distance over a tenth of a step, squared: below that an answer is
 # as noisy as people are, and its square is averaged better; above it may be wrong.
 TIP = 0.1**2
+
+
+@dataclass(frozen=True)
+class PriorWeights:
+    """How much each prior counts beside the labels (lambda 1, 2, 3 of equation 5)."""
+
+    proportionality: float = 0.0
+    reversibility: float = 0.0
+    consistency: float = 0.0
 
 
 def supervised_loss(

@@ -17,10 +17,10 @@ from itertools import product
 import numpy as np
 
 from .arrays import Indices, Scalars
+from .fitting import Labels
 from .kinematics import Kinematics
 from .preferences import curved
 from .tasks import Task
-from .training import Labels
 
 Complex = np.ndarray  # of complex numbers
 

@@ -11,16 +11,17 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from .alignment import HIDDEN, NetworkAlignment, Strategy
+from .alignment import HIDDEN, NetworkAlignment
 from .arrays import JointTensor, PlaneTensor
 from .controller import AutoencoderController
 from .demonstrations import DT_S
-from .errors import InputError
+from .fitting import Labels
 from .kinematics import Kinematics
 from .motion import PoseMeter, root_mean_square
 from .network import Mlp
 from .priors import (
     Displacement,
+    PriorWeights,
     consistency_loss,
     nearness,
     proportionality_loss,
@@ -29,7 +30,7 @@ from .priors import (
 )
 from .queries import QueryPool
 from .tasks import Task
-from .training import BETAS, Labels, TrainingSettings
+from .training import BETAS, TrainingSettings
 
 
 @dataclass(frozen=True)
@@ -107,7 +108,7 @@ class ExactProblem:
 
 
 def fit_reference(
-    strategy: Strategy,
+    weights: PriorWeights,
     controller: AutoencoderController,
     kinematics: Kinematics,
     task: Task,
@@ -116,14 +117,7 @@ def fit_reference(
     settings: TrainingSettings,
     seed: int,
 ) -> NetworkAlignment:
-    """Learn an alignment by gradient descent on the exact losses; ``settings.batch`` is not used.
-
-    Raises:
-        InputError: If nothing is learned in this strategy.
-    """
-    weights = strategy.weights
-    if strategy.kind != "network":
-        raise InputError(f"With '{strategy.name}' there is nothing to learn.")
+    """Learn by gradient descent on the exact losses; ``settings.batch`` is not used."""
     problem = ExactProblem.build(controller, kinematics, task, labels, pool)
     rng = np.random.default_rng(seed)
     with torch.random.fork_rng(devices=[]):
@@ -146,7 +140,6 @@ def fit_reference(
         optimiser.step()
         schedule.step()
     return NetworkAlignment(
-        strategy=strategy.name,
         mlp=_to_mlp(network),
         s_mean=problem.s_mean,
         s_scale=problem.s_scale,

@@ -16,11 +16,20 @@ from .arrays import HumanInput, JointPositions, LatentAction
 from .controller import LatentController
 from .demonstrations import DT_S
 from .errors import ShapeError, TooFewLabelsError
+from .fitting import (
+    MIN_LABELS,
+    AlignmentContext,
+    Fit,
+    FitProblem,
+    Labels,
+    Method,
+    Report,
+    no_report,
+)
 from .kinematics import HandPose, Kinematics
 from .queries import QueryPool, long_step
 from .reading import MotionMap, Reading, Understanding, read_labels, understand, wish
 from .tasks import Task
-from .training import MIN_LABELS, Labels
 
 _NEWTON_STEPS = 3
 _PLACES = 200
@@ -31,7 +40,6 @@ class TaskSpaceAlignment(Alignment):
     """z such that the hand makes the move that the person means.
 
     Attributes:
-        strategy: Name of the strategy that it was learned by.
         task: Whose degrees of freedom the person sees.
         kinematics: The arm.
         controller: What z is for.
@@ -40,7 +48,6 @@ class TaskSpaceAlignment(Alignment):
         expected_error: Of the moves that will be made, over their length; from the answers alone.
     """
 
-    strategy: str
     task: Task
     kinematics: Kinematics
     controller: LatentController
@@ -105,12 +112,7 @@ class TaskSpaceAlignment(Alignment):
 
     @classmethod
     def from_arrays(
-        cls,
-        arrays: Mapping[str, np.ndarray],
-        strategy: str,
-        task: Task,
-        kinematics: Kinematics,
-        controller: LatentController,
+        cls, arrays: Mapping[str, np.ndarray], context: AlignmentContext
     ) -> "TaskSpaceAlignment":
         """The inverse of :meth:`to_arrays`.
 
@@ -126,7 +128,7 @@ class TaskSpaceAlignment(Alignment):
                         for name in ("is_mirrored", "centres", "c", "d", "spread")
                     }
                 )
-                for index in range(len(task.motions))
+                for index in range(len(context.task.motions))
             )
             understanding = Understanding(
                 Reading(bool(is_polar), *numbers),
@@ -137,10 +139,9 @@ class TaskSpaceAlignment(Alignment):
         except (KeyError, TypeError, ValueError) as error:
             raise ShapeError("These numbers are no alignment in the space of this task.") from error
         return cls(
-            strategy,
-            task,
-            kinematics,
-            controller,
+            context.task,
+            context.kinematics,
+            context.controller,
             understanding,
             float(unit_m),
             float(expected_error),
@@ -189,7 +190,6 @@ def fit_task_space(
     """
     understanding, expected_error = understand_labels(task, kinematics, labels, seen)
     return TaskSpaceAlignment(
-        strategy="task-space",
         task=task,
         kinematics=kinematics,
         controller=controller,
@@ -197,6 +197,33 @@ def fit_task_space(
         unit_m=seen.unit_m,
         expected_error=expected_error,
     )
+
+
+class TaskSpaceMethod(Method):
+    """Ours: the person's preference is learned, and the arm that is known is solved for."""
+
+    def fit(self, problem: FitProblem, seed: int, report: Report = no_report) -> Fit:
+        """Understand the person; there is no chance in it.
+
+        Raises:
+            TooFewLabelsError: If there are fewer than two answers.
+        """
+        del seed, report
+        task, kinematics = problem.task, problem.kinematics
+        seen = survey(task, kinematics, problem.pool)
+        return Fit.at_once(
+            fit_task_space(problem.controller, kinematics, task, problem.labels, seen)
+        )
+
+    def from_arrays(
+        self, arrays: Mapping[str, np.ndarray], context: AlignmentContext
+    ) -> TaskSpaceAlignment:
+        """The inverse of :meth:`TaskSpaceAlignment.to_arrays`.
+
+        Raises:
+            ShapeError: If the numbers do not belong to an alignment of this task.
+        """
+        return TaskSpaceAlignment.from_arrays(arrays, context)
 
 
 def understand_labels(

@@ -6,28 +6,36 @@ expansion, a hundred times slower.
 """
 
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from .alignment import HIDDEN, NetworkAlignment, PriorWeights, Strategy, get_strategy
-from .arrays import HumanInput, JointPositions
+from .alignment import HIDDEN, NetworkAlignment
+from .arrays import JointPositions
 from .controller import LatentController
-from .errors import InputError, ShapeError, TooFewLabelsError
+from .errors import TooFewLabelsError
 from .fast_loss import AlignmentParameters, Labelled, States, Unlabelled, losses
+from .fitting import (
+    MIN_LABELS,
+    AlignmentContext,
+    Fit,
+    FitProblem,
+    Labels,
+    Method,
+    Progress,
+    Report,
+    no_report,
+)
 from .kinematics import Kinematics
 from .motion import PoseMeter, root_mean_square
 from .network import Mlp
-from .panda import N_JOINTS
-from .priors import ConsistencyForm, SupervisedForm
+from .priors import ConsistencyForm, PriorWeights, SupervisedForm
 from .queries import QueryPool
 from .tasks import Task
 
-# Two directions are the least that can tell a rotation from a mirror.
-MIN_LABELS = 2
-_RECORDED = 60  # points of the learning curve
+_RECORDED = 60  # times that progress is reported
 # Adam (Kingma & Ba 2015). In a thousand steps slopes are better averaged over more of them, and
 # their squares over fewer, than the authors' 0.9 and 0.999 do.
 BETAS = (0.95, 0.98)
@@ -59,126 +67,62 @@ class TrainingSettings:
     consistency: ConsistencyForm = "scale-free"
 
 
-def settings_for(task: Task, strategy: Strategy) -> TrainingSettings:
-    """The settings that suit a task; with an exact label for every state, longer."""
+def settings_for(task: Task) -> TrainingSettings:
+    """The settings that suit a task."""
     one_motion = len(task.motions) == 1
     return TrainingSettings(
-        steps=1500 if strategy.needs_everything else 1000 if one_motion else 800,
-        neighbours=1.0 if one_motion else 0.1,
+        steps=1000 if one_motion else 800, neighbours=1.0 if one_motion else 0.1
     )
 
 
 @dataclass(frozen=True)
-class Labels:
-    """A person's answers: states ``(k, 7)``, sticks ``(k, 2)``, intended next states ``(k, 7)``.
-
-    Raises:
-        ShapeError: If their numbers disagree.
-        InputError: If a number is not finite, or a stick outside [-1, 1]^2.
-    """
-
-    states: JointPositions
-    human_inputs: HumanInput
-    next_states: JointPositions
-
-    def __post_init__(self) -> None:
-        """Check the answers."""
-        k = len(self.states)
-        shapes = self.states.shape, self.human_inputs.shape, self.next_states.shape
-        if shapes != ((k, N_JOINTS), (k, 2), (k, N_JOINTS)):
-            raise ShapeError(f"Labels of shapes {shapes} do not belong together.")
-        arrays = self.states, self.human_inputs, self.next_states
-        if not all(np.isfinite(array).all() for array in arrays):
-            raise InputError("An answer holds something that is not a number.")
-        if np.any(np.abs(self.human_inputs) > 1.0):
-            raise InputError("A stick input is outside [-1, 1].")
-
-    def __len__(self) -> int:
-        """How many answers."""
-        return len(self.states)
-
-
-@dataclass(frozen=True)
-class Progress:
-    """How far a training is: ``fraction`` of its ``steps``, and its losses at ``step``."""
-
-    step: int
-    steps: int
-    losses: dict[str, float]
-
-    @property
-    def fraction(self) -> float:
-        """From 0 to 1."""
-        return self.step / self.steps
-
-
-@dataclass(frozen=True)
-class History:
-    """The learning curve: losses by name, unweighted, each as long as ``steps``."""
-
-    steps: tuple[int, ...]
-    losses: dict[str, tuple[float, ...]]
-
-
-@dataclass(frozen=True)
-class Fit:
-    """What a training gives.
+class NetworkMethod(Method):
+    """The paper's: a network learns from the answers and, if they have weight, from the priors.
 
     Attributes:
-        alignment: The result.
-        history: The learning curve.
-        snapshots: The alignment when 0, half and all of the steps were done.
+        weights: Of the priors.
+        settings: How it is trained; None: as suits the task.
     """
 
-    alignment: NetworkAlignment
-    history: History
-    snapshots: tuple[tuple[float, NetworkAlignment], ...]
+    weights: PriorWeights = field(default_factory=PriorWeights)
+    settings: TrainingSettings | None = None
 
+    def fit(self, problem: FitProblem, seed: int, report: Report = no_report) -> Fit:
+        """Learn by gradient descent; snapshots are of the beginning, the middle and the end.
 
-def fit_alignment(
-    strategy: Strategy | str,
-    controller: LatentController,
-    kinematics: Kinematics,
-    task: Task,
-    labels: Labels,
-    pool: QueryPool,
-    settings: TrainingSettings,
-    seed: int,
-    on_progress: Callable[[Progress], None] | None = None,
-) -> Fit:
-    """Learn z = f(h, s) from answers and, if the strategy wants them, the priors.
+        Raises:
+            TooFewLabelsError: If there are fewer than two answers.
+        """
+        if len(problem.labels) < MIN_LABELS:
+            raise TooFewLabelsError(f"{len(problem.labels)} answers are too few to learn from.")
+        settings = self.settings or settings_for(problem.task)
+        if problem.steps is not None:
+            settings = replace(settings, steps=problem.steps)
+        expanded = expanded_problem(
+            problem.controller, problem.kinematics, problem.task, problem.labels, problem.pool
+        )
+        controller_hash = problem.controller.content_hash
+        rng = np.random.default_rng(seed)
+        parameters = AlignmentParameters.random(HIDDEN, np.float32, rng)
+        snapshots = [(0.0, expanded.alignment(controller_hash, parameters))]
+        every = max(1, settings.steps // _RECORDED)
+        for step, terms in _descend(parameters, expanded, self.weights, settings, rng):
+            if step % every == 0 or step in (1, settings.steps):
+                report(Progress(step, settings.steps, terms))
+            if step in (settings.steps // 2, settings.steps):
+                fraction = 0.5 if step < settings.steps else 1.0
+                snapshots.append((fraction, expanded.alignment(controller_hash, parameters)))
+        return Fit(snapshots[-1][1], tuple(snapshots), asdict(settings))
 
-    Args:
-        strategy: Which priors.
-        controller: What z is for; it stays as it is.
-        kinematics: The arm.
-        task: Says whether rotation counts.
-        labels: The person's answers.
-        pool: Unlabelled states, on which the priors hold.
-        settings: How.
-        seed: All chance: same seed, same bits.
-        on_progress: Told now and then, in the calling thread.
+    def from_arrays(
+        self, arrays: Mapping[str, np.ndarray], context: AlignmentContext
+    ) -> NetworkAlignment:
+        """The inverse of :meth:`NetworkAlignment.to_arrays`.
 
-    Raises:
-        InputError: If nothing is learned in this strategy.
-        TooFewLabelsError: If there are fewer than two answers.
-    """
-    strategy = get_strategy(strategy) if isinstance(strategy, str) else strategy
-    if strategy.kind != "network":
-        raise InputError(f"With '{strategy.name}' there is nothing to learn.")
-    if len(labels) < MIN_LABELS:
-        raise TooFewLabelsError(f"{len(labels)} answers are too few to learn from.")
-    problem = expanded_problem(controller, kinematics, task, labels, pool)
-    rng = np.random.default_rng(seed)
-    parameters = AlignmentParameters.random(HIDDEN, np.float32, rng)
-    recorder = _Recorder(settings.steps, on_progress)
-    snapshots = [(0.0, problem.alignment(strategy, controller, parameters))]
-    for step, terms in _descend(parameters, problem, strategy.weights, settings, rng):
-        recorder.note(step, terms)
-        if step in (settings.steps // 2, settings.steps):
-            alignment = problem.alignment(strategy, controller, parameters)
-            snapshots.append((0.5 if step < settings.steps else 1.0, alignment))
-    return Fit(snapshots[-1][1], recorder.history(), tuple(snapshots))
+        Raises:
+            ShapeError: If the numbers are not those of an alignment's network.
+        """
+        return NetworkAlignment.from_arrays(arrays, context.controller.content_hash)
 
 
 @dataclass(frozen=True)
@@ -192,20 +136,17 @@ class ExpandedProblem:
     s_scale: np.ndarray
     unit_m: float
 
-    def alignment(
-        self, strategy: Strategy, controller: LatentController, parameters: AlignmentParameters
-    ) -> NetworkAlignment:
+    def alignment(self, controller_hash: str, parameters: AlignmentParameters) -> NetworkAlignment:
         """The alignment with these parameters, in double precision and on its own memory."""
         layers = tuple(
             (weight.astype(np.float64), bias.astype(np.float64))
             for weight, bias in parameters.layers
         )
         return NetworkAlignment(
-            strategy=strategy.name,
             mlp=Mlp(layers, "silu"),
             s_mean=self.s_mean,
             s_scale=self.s_scale,
-            controller_hash=controller.content_hash,
+            controller_hash=controller_hash,
         )
 
 
@@ -311,27 +252,3 @@ def _descend(
         scratch *= rate / (1.0 - beta_1**step)
         vector -= scratch
         yield step, terms
-
-
-class _Recorder:
-    """Keeps the learning curve and tells who listens."""
-
-    def __init__(self, steps: int, on_progress: Callable[[Progress], None] | None) -> None:
-        self._steps = steps
-        self._every = max(1, steps // _RECORDED)
-        self._on_progress = on_progress
-        self._at: list[int] = []
-        self._losses: dict[str, list[float]] = {}
-
-    def note(self, step: int, terms: dict[str, float]) -> None:
-        if step % self._every and step not in (1, self._steps):
-            return
-        self._at.append(step)
-        for name, loss in terms.items():
-            self._losses.setdefault(name, []).append(loss)
-        if self._on_progress is not None:
-            self._on_progress(Progress(step, self._steps, terms))
-
-    def history(self) -> History:
-        curves = {name: tuple(curve) for name, curve in self._losses.items()}
-        return History(tuple(self._at), curves)

@@ -18,16 +18,17 @@ from websockets.asyncio.client import ClientConnection, connect
 
 from app.bots.eyes import Sight, presses
 from app.storage.tables import AlignmentRow, QueryRow
-from models.alignment import Alignment, get_strategy
+from models.alignment import Alignment
 from models.checkpoints import load_controller, save_alignment
 from models.controller import LatentController
+from models.fitting import FitProblem, Labels
 from models.kinematics import Kinematics
 from models.panda_pack import default_folder, open_pack
 from models.preferences import parse_preference
 from models.queries import QueryPool, sample_pool
 from models.simulated_human import SimulatedHuman, sensitivity
+from models.strategies import get_strategy
 from models.tasks import Task, get_task
-from models.training import Labels, fit_alignment, settings_for
 from tests.drivers import stick
 from tests.running_server import Participant, RunningServer
 
@@ -101,6 +102,7 @@ class Page:
         save_alignment(
             Path(self.server.data_dir) / "alignments" / row.file,
             alignment,
+            strategy=strategy,
             seed=0,
             data_hash="learned elsewhere",
             settings={},
@@ -159,12 +161,11 @@ class Page:
 
 def ideal(person: SimulatedHuman) -> Alignment:
     """The alignment learned from what the person would answer for every move of the pool."""
-    lab, strategy = lab_of(person.task.name), get_strategy("ideal-align")
+    lab = lab_of(person.task.name)
     before = lab.kinematics.hand_pose(lab.pool.states)
     after = lab.kinematics.hand_pose(lab.pool.next_states)
     h = person.answer(person.task.dof_change(before, after), before)
     rows = np.flatnonzero(np.linalg.norm(h, axis=-1) <= 1.0)
     labels = Labels(lab.pool.states[rows], h[rows], lab.pool.next_states[rows])
-    settings = settings_for(lab.task, strategy)
-    everything = (lab.controller, lab.kinematics, lab.task, labels, lab.pool)
-    return fit_alignment(strategy, *everything, settings, 1).alignment
+    problem = FitProblem(lab.task, lab.kinematics, lab.controller, labels, lab.pool)
+    return get_strategy("ideal-align").method.fit(problem, 1).alignment

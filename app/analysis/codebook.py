@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from models.alignment import STRATEGIES
+from models.strategies import STRATEGIES
 from models.tasks import TASKS
 
 _JOINTS, _LATENTS, _XYZ, _WXYZ = range(1, 8), range(1, 3), "xyz", "wxyz"

@@ -12,7 +12,7 @@ from app.analysis import study_values as values
 from app.analysis.measures import heat_map
 from app.analysis.pictures import plain
 from app.analysis.study_export import StudyExport
-from models.alignment import STRATEGIES
+from models.strategies import STRATEGIES
 from models.tasks import get_task
 
 _QUATERNION = ("hand_qw", "hand_qx", "hand_qy", "hand_qz")

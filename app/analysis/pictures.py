@@ -8,9 +8,11 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from models.strategies import STRATEGIES
+
 # Okabe and Ito's colours for all eyes (https://jfly.uni-koeln.de/color), greys for what learns
 # nothing and black for what is given everything.
-COLOURS = {
+_PAPER_AND_OURS = {
     "no-align": "#bbbbbb",
     "manual-align": "#777777",
     "no-priors": "#e69f00",
@@ -20,6 +22,12 @@ COLOURS = {
     "all-priors": "#d55e00",
     "ideal-align": "#000000",
     "task-space": "#cc79a7",
+}
+# Those that other packages bring take turns.
+_OTHERS = ("#f0e442", "#882255", "#44aa99", "#999933")
+COLOURS = {
+    name: _PAPER_AND_OURS.get(name, _OTHERS[place % len(_OTHERS)])
+    for place, name in enumerate(STRATEGIES)
 }
 ENDINGS = ("png", "pdf", "svg")
 STYLE: dict[Any, Any] = {

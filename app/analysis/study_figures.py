@@ -22,7 +22,7 @@ from app.analysis.comparisons import Comparison, Values, compare
 from app.analysis.drive_figures import heat_maps, read_drives, trajectories
 from app.analysis.pictures import COLOURS, STYLE, legend_below, plain
 from app.analysis.study_export import StudyExport
-from models.alignment import STRATEGIES
+from models.strategies import STRATEGIES
 from models.tasks import TASKS, get_task
 
 _WIDTH = 0.8  # of all bars of a group

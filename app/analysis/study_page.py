@@ -18,7 +18,7 @@ from app.analysis.simulation_rows import write_file
 from app.analysis.study_export import StudyExport
 from app.analysis.study_figures import comparisons, pictures
 from app.analysis.study_report import comparisons_table
-from models.alignment import STRATEGIES
+from models.strategies import STRATEGIES
 from models.tasks import get_task
 
 OURS = "all-priors"

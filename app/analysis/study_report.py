@@ -15,7 +15,7 @@ from app.analysis.pictures import save_figure
 from app.analysis.simulation_rows import write_file
 from app.analysis.study_export import StudyExport
 from app.analysis.study_figures import comparisons, pictures
-from models.alignment import STRATEGIES
+from models.strategies import STRATEGIES
 from models.tasks import TASKS, get_task
 
 INDEX = "figures.json"

@@ -9,7 +9,7 @@ import numpy as np
 
 from app.analysis.comparisons import Values
 from app.analysis.study_export import StudyExport
-from models.alignment import STRATEGIES
+from models.strategies import STRATEGIES
 from models.tasks import TASKS
 
 MADE = ("done", "given up", "time limit")  # ends of tries that a person made to an end

@@ -9,8 +9,6 @@ import multiprocessing
 import os
 import threading
 import time
-from collections.abc import Sequence
-from dataclasses import asdict, replace
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -24,21 +22,15 @@ from app.services.training import (
     TrainingOrder,
     TrainingOutcome,
 )
-from models.alignment import Alignment, get_strategy
 from models.checkpoints import load_controller, save_alignment
 from models.controller import LatentController
 from models.field import STICKS, Field, learned_field
+from models.fitting import FitProblem, Progress
 from models.kinematics import Kinematics
 from models.mapping import Mapping
 from models.panda_pack import open_pack
-from models.task_space import fit_task_space, survey
+from models.strategies import get_strategy
 from models.tasks import get_task
-from models.training import (
-    Progress,
-    TrainingSettings,
-    fit_alignment,
-    settings_for,
-)
 
 _REPORT_EVERY_S = 0.1
 NICENESS = 10  # the control loop goes first
@@ -66,37 +58,20 @@ def train(order: TrainingOrder) -> TrainingOutcome:
     pool = queries.draw_pool(order.task, order.pool_seed, controller, kinematics, order.unlabelled)
     report = Report(order.folder / f"{order.name}.progress", len(order.strategies))
     trained = []
+    problem = FitProblem(task, kinematics, controller, order.labels, pool, order.steps)
     for strategy in (get_strategy(name) for name in order.strategies):
-        settings: TrainingSettings | None = None
-        if strategy.kind == "task-space":
-            seen = survey(task, kinematics, pool)
-            learned = fit_task_space(controller, kinematics, task, order.labels, seen)
-            snapshots: Sequence[tuple[float, Alignment]] = [(1.0, learned)]
-        else:
-            settings = settings_for(task, strategy)
-            if order.steps is not None:
-                settings = replace(settings, steps=order.steps)
-            snapshots = fit_alignment(
-                strategy,
-                controller,
-                kinematics,
-                task,
-                order.labels,
-                pool,
-                settings,
-                order.seed,
-                partial(report.note, strategy.name),
-            ).snapshots
-        for fraction, alignment in snapshots:
+        fit = strategy.method.fit(problem, order.seed, partial(report.note, strategy.name))
+        for fraction, alignment in fit.snapshots:
             field = learned_field(Mapping(controller, alignment), kinematics, task, states=spread)
             report.add_field(strategy.name, fraction, field)
         name = f"{order.name}-{strategy.name}"
         checkpoint = save_alignment(
             order.folder / name,
-            snapshots[-1][1],
+            fit.alignment,
+            strategy=strategy.name,
             seed=order.seed,
             data_hash=order.data_hash,
-            settings={} if settings is None else asdict(settings),
+            settings=fit.settings,
         )
         trained.append(
             TrainedAlignment(

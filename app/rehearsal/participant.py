@@ -1,18 +1,16 @@
 """One simulated participant's part in a study of one task, in process and out of real time.
 
-The questions, the training and every tick are the server's own (:mod:`app.services.queries`,
-:mod:`app.jobs.worker`, :class:`app.teleop.live_session.LiveSession`), and the person is the one
+The questions, the methods and every tick are the server's own (:mod:`app.services.queries`,
+:mod:`models.strategies`, :class:`app.teleop.live_session.LiveSession`), and the person is the one
 that ``joymap bots`` sends (:mod:`app.bots`); only the sockets, the clock and the picture between
 them are left out. The bots themselves may not know the arm from the inside, so it is on the floor
 above them that the two are brought together.
 """
 
-import tempfile
 from collections import deque
 from dataclasses import dataclass
 from functools import cache
 from itertools import count
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,11 +20,9 @@ from app.bots.crowd import Crowd
 from app.bots.eyes import Sight, presses, wish_from
 from app.bots.person import Habits, Person
 from app.bots.visit import STICK_HZ
-from app.jobs.worker import train
 from app.scene.arm_scene import ArmScene
 from app.schemas.protocol import LEARNABLE, NO_ALIGN, TaskProtocol
 from app.services import queries
-from app.services.training import TrainingOrder
 from app.storage.tables import AnswerRow, ParticipantRow
 from app.storage.ticks import COLUMNS
 from app.teleop.live_session import LiveSession
@@ -34,15 +30,16 @@ from app.teleop.recorder import DriveLog
 from models.alignment import Alignment
 from models.arm_kinematics import ArmKinematics
 from models.arrays import JointPositions
-from models.checkpoints import load_alignment, load_controller
+from models.checkpoints import load_controller
 from models.controller import LatentController
 from models.experiment import PAPER_UNLABELLED
+from models.fitting import FitProblem, Labels
 from models.kinematics import Kinematics
 from models.mapping import Mapping
-from models.panda_pack import PandaPack, default_folder, open_pack
+from models.panda_pack import PandaPack, open_pack
 from models.simulation import HandState, Simulation
+from models.strategies import get_strategy
 from models.tasks import Task, get_task
-from models.training import Labels
 
 STRATEGIES = (NO_ALIGN, *LEARNABLE)
 _TICKS_A_STICK = 2  # the loop runs at 60 Hz
@@ -119,7 +116,7 @@ def take_part(part: Part) -> tuple[Drove, ...]:
     labels = _answer(part, person, lab, seed)
     learned = _learn(part, lab, labels, seed)
     return tuple(
-        _drive(part, person, lab, learned.get(strategy), _chance(part, _START + place))
+        _drive(part, person, lab, learned[strategy], _chance(part, _START + place))
         for place, strategy in enumerate(part.strategies)
     )
 
@@ -160,34 +157,18 @@ def _answer(part: Part, person: Person, lab: _Lab, seed: int) -> Labels:
 
 
 def _learn(part: Part, lab: _Lab, labels: Labels, seed: int) -> dict[str, Alignment]:
-    wanted = tuple(name for name in dict.fromkeys(part.strategies) if name != NO_ALIGN)
-    if not wanted:
-        return {}
-    with tempfile.TemporaryDirectory() as folder:
-        order = TrainingOrder(
-            job_id=_TAB,
-            attempt=1,
-            task=part.task,
-            strategies=wanted,
-            pack_dir=default_folder(),
-            folder=Path(folder),
-            pool_seed=seed,
-            unlabelled=PAPER_UNLABELLED[part.task],
-            steps=None,
-            seed=seed,
-            data_hash="",
-            labels=labels,
-        )
-        return {
-            made.strategy: load_alignment(
-                order.folder / made.file, lab.task, lab.kinematics, lab.controller
-            )
-            for made in train(order).alignments
-        }
+    pool = queries.draw_pool(
+        part.task, seed, lab.controller, lab.kinematics, PAPER_UNLABELLED[part.task]
+    )
+    problem = FitProblem(lab.task, lab.kinematics, lab.controller, labels, pool)
+    return {
+        name: get_strategy(name).method.fit(problem, seed).alignment
+        for name in dict.fromkeys(part.strategies)
+    }
 
 
 def _drive(
-    part: Part, person: Person, lab: _Lab, alignment: Alignment | None, chance: np.random.Generator
+    part: Part, person: Person, lab: _Lab, alignment: Alignment, chance: np.random.Generator
 ) -> Drove:
     """One attempt; they act on what was to be seen a reaction time ago."""
     session = LiveSession(

@@ -21,10 +21,8 @@ _APP = Path(__file__).resolve().parents[1]
 _DECIDE = (
     "analysis/measures.py",
     "bots/*.py",
-    "jobs/worker.py",
     "rehearsal/*.py",
     "services/queries.py",
-    "services/training.py",
     "teleop/*.py",
 )
 

@@ -8,15 +8,15 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
 
-from models.alignment import STRATEGIES
+from models.strategies import STRATEGIES
 from models.tasks import TASKS
 
 NO_ALIGN = "no-align"
-# What a person's answers can be learned with; the two others know the right answers beforehand.
+# What a person's answers can be learned with; others know the right answers beforehand.
 LEARNABLE = tuple(
     name
     for name, strategy in STRATEGIES.items()
-    if name != NO_ALIGN and not strategy.needs_everything
+    if strategy.method.is_learned and not strategy.needs_everything
 )
 
 Key = Annotated[str, Field(pattern=r"^[a-z][a-z0-9-]{0,39}$")]

@@ -11,6 +11,7 @@ from app.schemas.protocol import NO_ALIGN
 from app.services import flow, training
 from app.storage import drives, jobs
 from app.storage.tables import AlignmentRow, DriveRow, ParticipantRow
+from models.strategies import get_strategy
 
 # How an attempt ends that was made to its end.
 MADE = ("done", "given up", "time limit")
@@ -47,13 +48,23 @@ class UnknownStrategy(JoymapError):
 
 @dataclass(frozen=True)
 class OpenedDrive:
-    """A drive as the control loop needs it."""
+    """A drive as the control loop needs it.
+
+    Attributes:
+        id: The client's.
+        task: What is driven.
+        strategy: The name that it is kept under.
+        used: The strategy that it is driven with.
+        alignment_file: What that strategy learned; None if it learns nothing.
+        is_blinded: Whether the person must not hear the strategy's name.
+    """
 
     id: str
     task: str
     strategy: str
-    alignment_file: str | None  # None: the stick is the latent action
-    is_blinded: bool  # whether the person must not hear the strategy's name
+    used: str
+    alignment_file: str | None
+    is_blinded: bool
 
 
 @dataclass(frozen=True)
@@ -103,7 +114,7 @@ def open_drive(
         raise WrongStep("It is too early for that: the robot is still learning.")
     alignment: AlignmentRow | None = None
     used = same_strategy or strategy
-    if used != NO_ALIGN:
+    if get_strategy(used).method.is_learned:
         alignment = jobs.alignment(db, participant.id, task, used)
         if alignment is None:
             raise WrongStep("The robot has not learned that way of steering.")
@@ -111,6 +122,7 @@ def open_drive(
         drive_id,
         task,
         strategy,
+        used,
         None if alignment is None else alignment.file,
         step.kind == "block",
     )

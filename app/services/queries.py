@@ -19,11 +19,11 @@ from app.storage import participants
 from app.storage.tables import AnswerRow, ParticipantRow, QueryRow
 from models.controller import LatentController
 from models.designed_queries import design_queries
+from models.fitting import Labels
 from models.kinematics import Kinematics
 from models.queries import QueryPool, choose_queries, make_query, sample_pool, showable
 from models.task_space import Survey, survey, understand_labels
 from models.tasks import get_task
-from models.training import Labels
 
 # At most this many questions for each label wanted.
 SPARE_FACTOR = 2

@@ -16,13 +16,14 @@ from sqlalchemy.orm import Session
 
 from app.errors import WrongStep
 from app.schemas.participants import TrainingOut
-from app.schemas.protocol import NO_ALIGN, TaskProtocol
+from app.schemas.protocol import TaskProtocol
 from app.services import flow, protocols, queries
 from app.services.queries import Question
 from app.settings import Settings
 from app.storage import jobs
 from app.storage.tables import AlignmentRow, JobRow, ParticipantRow
-from models.training import Labels
+from models.fitting import Labels
+from models.strategies import get_strategy
 
 ATTEMPTS = 3
 FAILED = "The training did not finish. Your answers are safe; please try again."
@@ -116,7 +117,9 @@ def claim(db: Session, settings: Settings, folder: Path) -> TrainingOrder | None
         job_id=job.id,
         attempt=job.attempt,
         task=task.task,
-        strategies=tuple(name for name in protocol.strategies if name != NO_ALIGN),
+        strategies=tuple(
+            name for name in protocol.strategies if get_strategy(name).method.is_learned
+        ),
         pack_dir=settings.pack_dir,
         folder=folder,
         pool_seed=participant.seed,

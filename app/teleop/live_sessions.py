@@ -17,13 +17,16 @@ from app.storage.ticks import COLUMNS, unpack
 from app.teleop.live_session import LiveSession
 from app.teleop.loop import ControlLoop
 from app.teleop.recorder import DriveLog, Recorder
+from models.alignment import Alignment
 from models.arm_kinematics import ArmKinematics
 from models.checkpoints import load_alignment
 from models.controller import LatentController
+from models.fitting import AlignmentContext
 from models.kinematics import Kinematics
 from models.mapping import Mapping
 from models.panda_pack import PandaPack
 from models.simulation import Simulation
+from models.strategies import get_strategy
 from models.tasks import get_task
 
 _LOG = logging.getLogger(__name__)
@@ -137,12 +140,8 @@ class LiveSessions:
         if session.drive_id == opened.id or session.task.name != opened.task:
             return
         controller = self._controllers[opened.task]
-        alignment = None
-        if opened.alignment_file is not None:
-            stem = self._settings.data_dir / "alignments" / opened.alignment_file
-            alignment = await asyncio.to_thread(
-                load_alignment, stem, session.task, self._arm, controller
-            )
+        context = AlignmentContext(session.task, self._arm, controller)
+        alignment = await asyncio.to_thread(self._alignment, opened, context)
         async with self._opening:
             if session.drive_id == opened.id:
                 return
@@ -193,6 +192,12 @@ class LiveSessions:
         with self._database.read() as db:
             query = queries.find(db, participant_id, query_id)
             return queries.as_path(query), np.asarray(query.hand_path, dtype=float)
+
+    def _alignment(self, opened: OpenedDrive, context: AlignmentContext) -> Alignment:
+        if opened.alignment_file is None:
+            return get_strategy(opened.used).method.from_arrays({}, context)
+        folder = self._settings.data_dir / "alignments"
+        return load_alignment(folder / opened.alignment_file, context)
 
     def _is_steady(self, participant_id: str) -> bool:
         with self._database.read() as db:

@@ -11,19 +11,20 @@ from functools import cache
 import numpy as np
 from rich.progress import track
 
-from models.alignment import STRATEGIES
 from models.checkpoints import load_controller
 from models.controller import LatentController
 from models.experiment import PAPER_LABELS, PAPER_TASKS, PAPER_UNLABELLED
+from models.fitting import FitProblem, Labels
 from models.kinematics import Kinematics
 from models.panda_pack import default_folder, open_pack
 from models.preferences import rotated
 from models.queries import QueryPool, choose_queries, sample_pool
 from models.reference_training import fit_reference
 from models.simulated_human import SimulatedHuman, sensitivity
+from models.strategies import get_strategy
 from models.task_space import fit_task_space, survey
 from models.tasks import Task, get_task
-from models.training import Labels, TrainingSettings, fit_alignment, settings_for
+from models.training import TrainingSettings, settings_for
 
 FITS = 7
 REFITS = 30
@@ -74,18 +75,19 @@ def _lab(name: str) -> _Lab:
 def training_times(strategy: str) -> tuple[list[float], float]:
     """Fast fits, and one straightforward fit worked out from its first steps, in [s]."""
     lab = _lab("plane")
-    everything = (lab.controller, lab.kinematics, lab.task, lab.labels, lab.pool)
-    settings = settings_for(lab.task, STRATEGIES[strategy])
+    method = get_strategy(strategy).method
+    problem = FitProblem(lab.task, lab.kinematics, lab.controller, lab.labels, lab.pool)
     fast = []
     for seed in track(range(FITS), description=f"fits of {strategy}"):
         began_s = time.perf_counter()
-        fit_alignment(strategy, *everything, settings, seed)
+        method.fit(problem, seed)
         fast.append(time.perf_counter() - began_s)
-    few = TrainingSettings(steps=REFERENCE_STEPS)
+    everything = (lab.controller, lab.kinematics, lab.task, lab.labels, lab.pool)
+    few, steps = TrainingSettings(steps=REFERENCE_STEPS), settings_for(lab.task).steps
     for _ in range(2):  # the first time warms up
         began_s = time.perf_counter()
-        fit_reference(STRATEGIES[strategy], *everything, few, 1)
-        slow = (time.perf_counter() - began_s) / REFERENCE_STEPS * settings.steps
+        fit_reference(method.weights, *everything, few, 1)
+        slow = (time.perf_counter() - began_s) / REFERENCE_STEPS * steps
     return fast, slow
 
 

@@ -22,9 +22,9 @@ from websockets.asyncio.client import connect
 from app.jobs.worker import NICENESS
 from app.storage.tables import SampleChunkRow
 from app.storage.ticks import unpack
-from models.alignment import STRATEGIES
+from models.fitting import FitProblem, Labels
 from models.queries import choose_queries
-from models.training import Labels, fit_alignment, settings_for
+from models.strategies import get_strategy
 from tests.page import Page, ideal, lab_of, person_of
 from tests.running_server import Participant, RunningServer, running_server
 
@@ -119,11 +119,10 @@ def train_for_ever() -> None:
     rows = choose_queries(lab.pool, 10, np.random.default_rng(1), 0.012)
     s, next_s = lab.pool.states[rows], lab.pool.next_states[rows]
     h = person.label(lab.kinematics.hand_pose(s), lab.kinematics.hand_pose(next_s))
-    everything = (lab.controller, lab.kinematics, lab.task, Labels(s, h, next_s), lab.pool)
+    labels, method = Labels(s, h, next_s), get_strategy("all-priors").method
+    problem = FitProblem(lab.task, lab.kinematics, lab.controller, labels, lab.pool)
     while True:
-        fit_alignment(
-            "all-priors", *everything, settings_for(lab.task, STRATEGIES["all-priors"]), 1
-        )
+        method.fit(problem, 1)
 
 
 async def load(

@@ -21,6 +21,7 @@ from app.storage.tables import AlignmentRow, DriveRow, QueryRow, SampleChunkRow
 from app.storage.ticks import COLUMNS, HOLDS, unpack
 from models.checkpoints import load_alignment, load_controller
 from models.evaluation import direction_error_deg
+from models.fitting import AlignmentContext
 from models.kinematics import Kinematics
 from models.mapping import Mapping
 from models.panda_pack import PandaPack, default_folder, open_pack
@@ -29,6 +30,7 @@ from models.queries import sample_pool
 from models.simulated_human import SimulatedHuman, sensitivity
 from models.tasks import get_task
 from tests.browser.visitor import PHONE, Visitor
+from tests.drivers import unaligned
 from tests.running_server import Participant, RunningServer, running_server
 
 MOST_DEG = 20.0
@@ -65,13 +67,13 @@ def arm(pack: PandaPack) -> Arm:
 
 def draw_person(arm: Arm, chance: np.random.Generator) -> SimulatedHuman:
     """Somebody whose idea of the stick the robot's own mapping does not meet by luck."""
-    unaligned = Mapping(load_controller("plane"))
+    none = unaligned(load_controller("plane"))
     while True:
         preference = rotated(chance.uniform(0.0, 360.0))
         if chance.random() < 0.5:
             preference = mirrored(preference)
         person = arm.person(preference)
-        if arm.error_over_workspace_deg(unaligned, person) > 2 * MOST_DEG:
+        if arm.error_over_workspace_deg(none, person) > 2 * MOST_DEG:
             return person
 
 
@@ -168,7 +170,10 @@ def learned_mapping(data_dir: Path, participant_id: str, strategy: str) -> Mappi
     controller = load_controller("plane")
     kinematics = Kinematics.from_urdf(open_pack(default_folder()).urdf)
     stem = data_dir / "alignments" / file
-    return Mapping(controller, load_alignment(stem, get_task("plane"), kinematics, controller))
+    return Mapping(
+        controller,
+        load_alignment(stem, AlignmentContext(get_task("plane"), kinematics, controller)),
+    )
 
 
 @pytest.mark.parametrize("who", [0, *(pytest.param(who, marks=pytest.mark.soak) for who in (1, 2))])
@@ -222,6 +227,6 @@ def errors_of_one_visit(
         },
         "all-priors, over the workspace": arm.error_over_workspace_deg(learned, person),
         "no-align, over the workspace": arm.error_over_workspace_deg(
-            Mapping(load_controller("plane")), person
+            unaligned(load_controller("plane")), person
         ),
     }

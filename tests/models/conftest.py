@@ -7,6 +7,7 @@ import pytest
 
 from models.checkpoints import load_controller
 from models.controller import LatentController
+from models.fitting import Fit, FitProblem, Labels, Progress
 from models.kinematics import Kinematics
 from models.mapping import Mapping
 from models.panda import Q_MAX, Q_MIN
@@ -14,8 +15,8 @@ from models.panda_pack import PandaPack
 from models.preferences import mirrored, rotated
 from models.queries import QueryPool, choose_queries, make_query, sample_pool
 from models.simulated_human import SimulatedHuman, sensitivity
+from models.strategies import get_strategy
 from models.tasks import Task, get_task
-from models.training import Fit, Labels, TrainingSettings, fit_alignment
 
 
 @pytest.fixture(scope="session")
@@ -44,7 +45,9 @@ class Person:
 
     human: SimulatedHuman
     labels: Labels
+    problem: FitProblem
     fit: Fit
+    told: tuple[Progress, ...]
     mapping: Mapping
 
 
@@ -55,10 +58,10 @@ def person(
     preference = mirrored(rotated(140.0))
     human = SimulatedHuman(plane, preference, sensitivity(plane, kinematics, pool))
     labels = answers(human, controller, kinematics, pool, k=7)
-    fit = fit_alignment(
-        "all-priors", controller, kinematics, plane, labels, pool, TrainingSettings(), seed=3
-    )
-    return Person(human, labels, fit, Mapping(controller, fit.alignment))
+    problem = FitProblem(plane, kinematics, controller, labels, pool)
+    told: list[Progress] = []
+    fit = get_strategy("all-priors").method.fit(problem, 3, told.append)
+    return Person(human, labels, problem, fit, tuple(told), Mapping(controller, fit.alignment))
 
 
 def answers(

@@ -1,13 +1,12 @@
 import json
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
 import models.checkpoints as checkpoints
-from models.alignment import fit_affine
+from models.affine import AffineMethod
 from models.checkpoints import (
     CONTROLLERS,
     code_version,
@@ -18,6 +17,7 @@ from models.checkpoints import (
 )
 from models.controller_training import ControllerSettings
 from models.errors import CheckpointError
+from models.fitting import AlignmentContext, Labels
 from models.make_controllers import make_controllers
 from models.task_space import fit_task_space, survey
 from models.tasks import get_task
@@ -26,15 +26,24 @@ from models.tasks import get_task
 @pytest.fixture
 def stem(tmp_path, person):
     stem = tmp_path / "of-one-person"
-    save_alignment(stem, person.fit.alignment, seed=3, data_hash="abc", settings={"steps": 800})
+    save_alignment(
+        stem,
+        person.fit.alignment,
+        strategy="all-priors",
+        seed=3,
+        data_hash="abc",
+        settings={"steps": 800},
+    )
     return stem
 
 
 @pytest.fixture
-def load(plane, kinematics, controller):
-    return partial(
-        checkpoints.load_alignment, task=plane, kinematics=kinematics, controller=controller
-    )
+def load(person):
+    return lambda stem: checkpoints.load_alignment(stem, person.problem)
+
+
+def save(stem, alignment, strategy="all-priors"):
+    save_alignment(stem, alignment, strategy=strategy, seed=0, data_hash="", settings={})
 
 
 def weights(stem):
@@ -49,10 +58,8 @@ def test_an_alignment_comes_back_to_the_bit(load, stem, person, pool, rng):
     again = load(stem)
     h = rng.uniform(-1, 1, (len(pool), 2))
     assert_array_equal(again(h, pool.states), person.fit.alignment(h, pool.states))
-    assert (again.strategy, again.controller_hash) == (
-        "all-priors",
-        person.fit.alignment.controller_hash,
-    )
+    assert again.controller_hash == person.fit.alignment.controller_hash
+    assert read_checkpoint(stem).facts["strategy"] == "all-priors"
 
 
 def test_a_task_space_alignment_comes_back_to_the_bit(
@@ -60,7 +67,7 @@ def test_a_task_space_alignment_comes_back_to_the_bit(
 ):
     seen = survey(plane, kinematics, pool)
     alignment = fit_task_space(controller, kinematics, plane, person.labels, seen)
-    save_alignment(tmp_path / "a", alignment, seed=0, data_hash="", settings={})
+    save(tmp_path / "a", alignment, "task-space")
     again = load(tmp_path / "a")
     h = rng.uniform(-1, 1, (len(pool), 2))
     assert_array_equal(again(h, pool.states), alignment(h, pool.states))
@@ -73,22 +80,24 @@ def test_a_task_space_alignment_is_for_a_task_of_as_many_motions(
 ):
     seen = survey(plane, kinematics, pool)
     alignment = fit_task_space(controller, kinematics, plane, person.labels, seen)
-    save_alignment(tmp_path / "a", alignment, seed=0, data_hash="", settings={})
+    save(tmp_path / "a", alignment, "task-space")
     two = get_task("reach-and-pour")
     with pytest.raises(CheckpointError, match="do not fit together"):
-        checkpoints.load_alignment(tmp_path / "a", two, kinematics, controller)
+        checkpoints.load_alignment(tmp_path / "a", AlignmentContext(two, kinematics, controller))
 
 
-def test_an_affine_alignment_comes_back_to_the_bit(load, tmp_path, pool, controller, rng):
+def test_an_affine_alignment_comes_back_to_the_bit(load, tmp_path, pool, person, rng):
     h = rng.uniform(-1, 1, (len(pool), 2))
-    affine = fit_affine(h, pool.latents, "manual-align", controller.content_hash)
-    save_alignment(tmp_path / "a", affine, seed=0, data_hash="", settings={})
+    labels = Labels(pool.states, h, pool.next_states, pool.latents)
+    affine = AffineMethod().fit(replace(person.problem, labels=labels), 0).alignment
+    save(tmp_path / "a", affine, "manual-align")
     assert_array_equal(load(tmp_path / "a")(h, pool.states), affine(h, pool.states))
 
 
 def test_an_alignment_for_another_controller_is_refused(stem, plane, kinematics):
+    other = AlignmentContext(plane, kinematics, load_controller("plane", "linear"))
     with pytest.raises(CheckpointError, match="learned for another controller"):
-        checkpoints.load_alignment(stem, plane, kinematics, load_controller("plane", "linear"))
+        checkpoints.load_alignment(stem, other)
 
 
 def test_a_controller_comes_back_to_the_bit(tmp_path, controller):
@@ -116,8 +125,8 @@ def test_nothing_is_left_beside_the_two_files(stem):
 
 def test_a_name_with_a_dot_stays_whole(load, tmp_path, person):
     stem = tmp_path / "v1.2"
-    save_alignment(stem, person.fit.alignment, seed=0, data_hash="", settings={})
-    assert load(stem).strategy == "all-priors"
+    save(stem, person.fit.alignment)
+    assert load(stem).controller_hash == person.fit.alignment.controller_hash
 
 
 @pytest.mark.parametrize("place", [10, 400, -1])
@@ -158,9 +167,8 @@ def test_a_writer_that_dies_half_way_leaves_nothing_to_load(load, stem, person, 
 
     write = checkpoints._write
     monkeypatch.setattr(checkpoints, "_write", die)
-    other = replace(person.fit.alignment, strategy="no-priors")
     with pytest.raises(OSError, match="stops here"):
-        save_alignment(stem, other, seed=4, data_hash="def", settings={})
+        save(stem, person.fit.snapshots[0][1])
     assert written == ["of-one-person.safetensors", "of-one-person.json"]
     with pytest.raises(CheckpointError, match="no finished checkpoint"):
         load(stem)
@@ -188,7 +196,7 @@ def test_a_controller_is_no_alignment(load, tmp_path, controller):
 
 def test_weights_that_are_not_numbers_are_refused(load, tmp_path, person):
     broken = replace(person.fit.alignment, s_mean=np.full(7, np.nan))
-    save_alignment(tmp_path / "a", broken, seed=0, data_hash="", settings={})
+    save(tmp_path / "a", broken)
     with pytest.raises(CheckpointError, match="not numbers"):
         load(tmp_path / "a")
 
@@ -196,7 +204,7 @@ def test_weights_that_are_not_numbers_are_refused(load, tmp_path, person):
 def test_weights_that_belong_to_nothing_are_refused(load, tmp_path, person):
     broken = replace(person.fit.alignment, s_mean=np.zeros(7))
     object.__setattr__(broken, "s_mean", np.zeros(6))
-    save_alignment(tmp_path / "a", broken, seed=0, data_hash="", settings={})
+    save(tmp_path / "a", broken)
     with pytest.raises(CheckpointError, match="lacks 's_mean' of shape"):
         load(tmp_path / "a")
 

@@ -12,7 +12,7 @@ from models.evaluation import (
     rotation_error,
 )
 from models.field import STICKS, learned_field
-from models.mapping import Mapping
+from tests.drivers import unaligned
 
 
 def test_position_error_is_zero_at_the_goal_and_one_at_the_start(kinematics, pool):
@@ -39,7 +39,7 @@ def test_who_means_the_opposite_is_wrong_by_the_rest_of_the_half_turn(person, ki
 
 
 def test_a_hand_that_does_not_move_is_a_right_angle_off(person, controller, kinematics, pool):
-    still = Mapping(replace(controller, a_scale=0.0))
+    still = unaligned(replace(controller, a_scale=0.0))
     s = pool.states[:5]
     assert_allclose(direction_error_deg(still, person.human, kinematics, s), 90.0)
     assert_allclose(motion_gain(still, person.human, kinematics, s), 0.0)
@@ -52,7 +52,7 @@ def test_what_was_learned_is_as_fast_as_meant(person, kinematics, pool):
 
 def test_moves_asked_for_are_made(person, controller, kinematics, pool):
     learned = judge_moves(person.mapping, person.human, kinematics, pool)
-    not_aligned = judge_moves(Mapping(controller), person.human, kinematics, pool)
+    not_aligned = judge_moves(unaligned(controller), person.human, kinematics, pool)
     assert learned.position_error < 0.06
     assert not_aligned.position_error > 0.5
     assert learned.rotation_error < np.radians(0.5)
@@ -62,7 +62,7 @@ def test_moves_asked_for_are_made(person, controller, kinematics, pool):
 def test_a_robot_that_does_not_move_has_no_gain_and_misses_every_move_whole(
     person, controller, kinematics, pool
 ):
-    still = Mapping(replace(controller, a_scale=0.0))
+    still = unaligned(replace(controller, a_scale=0.0))
     judged = judge_moves(still, person.human, kinematics, pool)
     assert judged.position_error == pytest.approx(1.0)
     assert judged.motion_gain == pytest.approx(0.0)

@@ -5,10 +5,10 @@ import pytest
 import torch
 from numpy.testing import assert_allclose
 
-from models.alignment import PriorWeights
 from models.fast_loss import AlignmentParameters, Labelled, States, Unlabelled, losses
 from models.monomials import COUNT
 from models.priors import (
+    PriorWeights,
     consistency_loss,
     proportionality_loss,
     reversibility_loss,

@@ -7,10 +7,11 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from models.errors import CheckpointError, ShapeError
 from models.mapping import Z_REACH, Mapping
+from tests.drivers import unaligned
 
 
 def test_without_an_alignment_the_stick_is_the_latent(controller, pool, rng):
-    mapping = Mapping(controller)
+    mapping = unaligned(controller)
     h = rng.uniform(-1, 1, (len(pool), 2))
     assert_array_equal(mapping.z(h, pool.states), h)
     assert_array_equal(mapping(h, pool.states), controller.decode(h, pool.states))
@@ -31,7 +32,7 @@ def test_a_row_of_a_batch_is_the_batch_of_a_row(person, pool):
 
 
 def test_a_latent_out_of_reach_is_shortened_and_keeps_its_direction(controller, plane):
-    z = Mapping(controller).z(np.array([4.0, -2.0]), plane.home_q)
+    z = unaligned(controller).z(np.array([4.0, -2.0]), plane.home_q)
     assert_allclose(z, [Z_REACH, -Z_REACH / 2])
 
 

@@ -7,6 +7,7 @@ from numpy.testing import assert_allclose
 from models.checkpoints import CONTROLLERS, load_controller
 from models.errors import TooFewLabelsError
 from models.evaluation import judge_moves
+from models.fitting import Labels
 from models.mapping import Mapping
 from models.preferences import parse_preference
 from models.queries import sample_pool
@@ -14,7 +15,6 @@ from models.reading import read_labels
 from models.simulated_human import SimulatedHuman, make_wrong, sensitivity
 from models.task_space import fit_task_space, survey
 from models.tasks import TASKS, get_task
-from models.training import Labels
 
 
 class Lab:

@@ -11,12 +11,12 @@ import numpy as np
 
 from models.beads import in_frame
 from models.checkpoints import load_controller
-from models.mapping import Mapping
 from models.panda import Q_MAX, Q_MIN, QD_MAX
 from models.panda_pack import PandaPack, open_pack
 from models.props import WALL_M, Beads, Bowl, Cup, Obstacle, Props
 from models.simulation import Simulation
 from models.tasks import get_task
+from tests.drivers import unaligned
 
 RATE_HZ = 60
 DRIVE_S = 10.0
@@ -74,7 +74,7 @@ class Findings:
 def random_drives(pack: PandaPack, props: Props, drives: int, seed: int) -> Findings:
     """Drive and watch."""
     simulation, findings = Simulation(pack, props), Findings()
-    mapping, home_q = Mapping(load_controller("plane")), get_task("plane").home_q
+    mapping, home_q = unaligned(load_controller("plane")), get_task("plane").home_q
     for drive in range(drives):
         rng = np.random.default_rng([seed, drive])
         simulation.reset(home_q)

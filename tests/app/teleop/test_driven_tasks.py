@@ -10,6 +10,7 @@ from app.storage.ticks import COLUMNS, HOLDS
 from app.teleop.live_session import LiveSession
 from app.teleop.recorder import DriveLog
 from models.checkpoints import load_controller
+from models.fitting import Labels
 from models.kinematics import Kinematics
 from models.mapping import Mapping
 from models.panda import Q_MAX, Q_MIN
@@ -20,7 +21,6 @@ from models.simulated_human import SimulatedHuman, sensitivity
 from models.simulation import Simulation
 from models.task_space import fit_task_space, survey
 from models.tasks import get_task
-from models.training import Labels
 from tests.app.teleop.test_live_session import FakeRecorder, FakeScene
 from tests.drivers import stick
 

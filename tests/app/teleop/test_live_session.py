@@ -10,11 +10,11 @@ from app.storage.ticks import COLUMNS
 from app.teleop.live_session import LiveSession
 from app.teleop.recorder import DriveLog
 from models.checkpoints import load_controller
-from models.mapping import Mapping
 from models.panda import Q_MAX, Q_MIN
 from models.panda_pack import PandaPack
 from models.simulation import HandState, Simulation
 from models.tasks import get_task
+from tests.drivers import unaligned
 
 DT_S = 1 / 60
 TASK = get_task("plane")
@@ -96,7 +96,7 @@ class Arm:
 
     def drive(self, drive_id: str = "d") -> None:
         log = DriveLog(self.recorder, drive_id, 0, 0.5)  # type: ignore[arg-type]
-        self.session.start_drive("no-align", Mapping(load_controller("plane")), log)
+        self.session.start_drive("no-align", unaligned(load_controller("plane")), log)
 
     def tick(self, seconds: float, stick: tuple[float, float] | None = None) -> np.ndarray:
         """Let time pass, the stick said anew at each tick; returns how far the hand got."""
