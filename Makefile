@@ -48,7 +48,7 @@ $(PANDA)/manifest.json: requirements/panda.lock models/panda_pack.py | $(VENV)/.
 
 test: check
 	@$(BIN)/python -m tests.browser.find_browser
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2
 
 check: $(VENV)/.test $(PANDA)/manifest.json
 	$(BIN)/ruff check .
