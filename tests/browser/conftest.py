@@ -1,4 +1,4 @@
-"""A real Chromium."""
+"""A real Chromium, and one server for all tests that leave it running."""
 
 from collections.abc import Generator
 
@@ -6,6 +6,7 @@ import pytest
 from playwright.sync_api import Browser, sync_playwright
 
 from tests.browser.find_browser import ARGUMENTS, find
+from tests.running_server import RunningServer, running_server
 
 
 @pytest.fixture(scope="session")
@@ -16,3 +17,10 @@ def browser() -> Generator[Browser]:
         browser = playwright.chromium.launch(executable_path=path, args=list(ARGUMENTS))
         yield browser
         browser.close()
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Generator[RunningServer]:
+    """For tests with participants or a study of their own; how well is learned is not theirs."""
+    with running_server(tmp_path_factory.mktemp("browser"), training_steps=20) as server:
+        yield server

@@ -79,7 +79,9 @@ def walk(browser: Browser, trouble: Trouble) -> dict[str, Any]:
         The rows of each table, and what the page complained of.
     """
     with tempfile.TemporaryDirectory() as folder, _stopping(Path(folder)) as server:
-        visitor = StudyVisitor(browser, link_of(server.now, make_study(server.now)))
+        visitor = StudyVisitor(
+            browser, link_of(server.now, make_study(server.now)), has_picture=False
+        )
         visitor.page.set_default_timeout(PATIENCE_MS)
         _walk(visitor, lambda act: trouble(visitor, server, act))
         visitor.close()

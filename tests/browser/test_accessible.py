@@ -4,9 +4,7 @@ The dashboard's pages are looked at where they are tested.
 """
 
 import re
-from collections.abc import Generator
 
-import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, expect
 
@@ -19,17 +17,10 @@ from tests.browser.study_visitor import (
     make_study,
 )
 from tests.browser.visitor import LAPTOP
-from tests.running_server import RunningServer, running_server
+from tests.running_server import RunningServer
 
 ZOOMED = {"width": 640, "height": 400}  # a laptop at 200 %
 NARROW = {"width": 390, "height": 844}
-SMALL_PICTURE = {"device_scale_factor": 0.5}
-
-
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Generator[RunningServer]:
-    with running_server(tmp_path_factory.mktemp("accessible"), training_steps=20) as server:
-        yield server
 
 
 def check(page: Page, where: str) -> None:
@@ -55,7 +46,7 @@ def test_every_page_of_a_study_is_accessible(browser: Browser, server: RunningSe
         server, questionnaires=asked, own_questionnaires=[background], arrows="switch"
     )
     shared = server.experimenter().post(f"/api/v1/studies/{study}/link").json()["link"]
-    visitor = StudyVisitor(browser, shared, **SMALL_PICTURE)
+    visitor = StudyVisitor(browser, shared, has_picture=False)
     page = visitor.page
     expect(page.get_by_test_id("join")).to_be_visible()
     check(page, "join")
@@ -114,7 +105,7 @@ def test_every_page_of_a_study_is_accessible(browser: Browser, server: RunningSe
 def test_the_page_of_who_left_is_accessible(browser: Browser, server: RunningServer) -> None:
     link = link_of(server, make_study(server))
     go_to(link, "practice")
-    visitor = StudyVisitor(browser, link)
+    visitor = StudyVisitor(browser, link, has_picture=False)
     visitor.wait_for_step("practice")
     visitor.click("withdraw")
     visitor.click("withdraw-erase")
@@ -124,9 +115,9 @@ def test_the_page_of_who_left_is_accessible(browser: Browser, server: RunningSer
 
 
 def test_free_driving_is_accessible(browser: Browser, server: RunningServer) -> None:
-    (link,) = server.participant_links(1)
+    (link,) = server.new_links()
     go_to(link, "training")
-    visitor = StudyVisitor(browser, link, **SMALL_PICTURE)
+    visitor = StudyVisitor(browser, link, has_picture=False)
     page = visitor.page
     visitor.wait_for_step("training")
     expect(page.get_by_test_id("drive")).to_be_enabled(timeout=PATIENCE_MS)
@@ -148,7 +139,7 @@ def test_a_study_of_many_stages_fits_a_phone(browser: Browser, server: RunningSe
     ]
     link = link_of(server, make_study(server, tasks=tasks))
     go_to(link, "queries")
-    visitor = StudyVisitor(browser, link, viewport=NARROW, **SMALL_PICTURE)
+    visitor = StudyVisitor(browser, link, viewport=NARROW, has_picture=False)
     page = visitor.page
     visitor.wait_for_step("queries")
     stages = page.locator("#way li")
@@ -178,7 +169,7 @@ def test_a_study_of_many_stages_fits_a_phone(browser: Browser, server: RunningSe
 def test_the_stick_has_a_role_a_name_and_a_value(browser: Browser, server: RunningServer) -> None:
     link = link_of(server, make_study(server))
     go_to(link, "queries")
-    visitor = StudyVisitor(browser, link, **SMALL_PICTURE)
+    visitor = StudyVisitor(browser, link, has_picture=False)
     page = visitor.page
     visitor.wait_for_step("queries")
     stick = page.get_by_role("slider", name="Joystick: your answer")
@@ -199,7 +190,7 @@ def test_one_key_at_a_time_is_enough(browser: Browser, server: RunningServer) ->
     """Diagonal answers need no two keys at once, and no mouse."""
     link = link_of(server, make_study(server))
     go_to(link, "queries")
-    visitor = StudyVisitor(browser, link, **SMALL_PICTURE)
+    visitor = StudyVisitor(browser, link, has_picture=False)
     page, stick = visitor.page, visitor.page.get_by_test_id("stick")
     visitor.wait_for_step("queries")
     for key, axis in (("w", "data-y"), ("d", "data-x")):

@@ -211,8 +211,7 @@ def errors_of_one_visit(
     person: SimulatedHuman,
     strategies: Sequence[str],
 ) -> dict[str, float]:
-    # Few pixels: without a graphics card the picture costs more than all else.
-    visitor = Visitor(browser, server.participant_link, PHONE, device_scale_factor=0.5)
+    visitor = Visitor(browser, server.participant_link, PHONE, has_picture=False)
     participant_id = teach(visitor, person, data_dir)
     for strategy in strategies:
         drive(visitor, person, strategy)

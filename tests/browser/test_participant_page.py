@@ -7,20 +7,25 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
+from tests.browser.study_visitor import go_to, make_study
 from tests.browser.visitor import PHONE, Visitor, sign_up
 from tests.running_server import Participant, RunningServer, running_server
 
 HALF_PIXELS = {"device_scale_factor": 0.5}
 
 
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Generator[RunningServer]:
-    with running_server(tmp_path_factory.mktemp("page")) as server:
-        yield server
+@pytest.fixture
+def visitor(browser: Browser, server: RunningServer) -> Generator[Visitor]:
+    (link,) = server.new_links()
+    visitor = Visitor(browser, link, has_picture=False)
+    yield visitor
+    assert visitor.complaints == []
+    visitor.close()
 
 
 @pytest.fixture
-def visitor(browser: Browser, server: RunningServer) -> Generator[Visitor]:
+def onlooker(browser: Browser, server: RunningServer) -> Generator[Visitor]:
+    """A visitor whose page draws the picture."""
     (link,) = server.new_links()
     visitor = Visitor(browser, link, **HALF_PIXELS)
     yield visitor
@@ -92,34 +97,33 @@ def test_i_cannot_say_brings_another_question(visitor: Visitor) -> None:
     assert answers(visitor)[0]["h"] is None  # type: ignore[index]
 
 
-def test_keys_alone_are_enough_even_after_a_click_into_the_picture(visitor: Visitor) -> None:
-    keyboard = visitor.page.keyboard
-    visitor.wait_for_step("consent")
-    visitor.page.get_by_test_id("begin").focus()
+def test_keys_alone_are_enough_even_after_a_click_into_the_picture(onlooker: Visitor) -> None:
+    keyboard = onlooker.page.keyboard
+    onlooker.wait_for_step("consent")
+    onlooker.page.get_by_test_id("begin").focus()
     keyboard.press("Enter")
-    visitor.wait_for_step("practice")
-    visitor.page.get_by_test_id("ready").focus()
+    onlooker.wait_for_step("practice")
+    onlooker.page.get_by_test_id("ready").focus()
     keyboard.press("Enter")
-    visitor.wait_for_step("queries")
-    visitor.page.locator("iframe").click()
+    onlooker.wait_for_step("queries")
+    onlooker.page.locator("iframe").click()
     for number in range(1, 8):
-        visitor.wait(lambda number=number: visitor.question() == number)
+        onlooker.wait(lambda number=number: onlooker.question() == number)
         key, axis = ("ArrowUp", "data-y") if number % 2 else ("d", "data-x")
         keyboard.down(key)
-        stick = visitor.page.get_by_test_id("stick")
-        visitor.wait(lambda: float(stick.get_attribute(axis) or 0) > 0.4)  # noqa: B023
+        stick = onlooker.page.get_by_test_id("stick")
+        onlooker.wait(lambda: float(stick.get_attribute(axis) or 0) > 0.4)  # noqa: B023
         keyboard.up(key)
         keyboard.press("Enter")
-    visitor.wait_for_step("training")
-    given = [answer["h"] for answer in answers(visitor)]  # type: ignore[index]
+    onlooker.wait_for_step("training")
+    given = [answer["h"] for answer in answers(onlooker)]  # type: ignore[index]
     assert all(h[1] > 0.3 and abs(h[0]) < 0.1 for h in given[::2])
     assert all(h[0] > 0.3 and abs(h[1]) < 0.1 for h in given[1::2])
 
 
 def test_the_newest_tab_steers_and_the_older_one_says_so(visitor: Visitor) -> None:
-    visitor.begin()
-    for number in range(7):
-        visitor.answer(0.3 * (number - 3), 0.5)
+    go_to(visitor.link, "training")
+    visitor.page.reload()
     visitor.wait_for_step("training")
     visitor.click("drive")
     visitor.wait_for_step("driving")
@@ -155,9 +159,9 @@ def test_the_page_outlives_a_killed_server(browser: Browser, tmp_path: Path) -> 
     visitor.close()
 
 
-def test_the_picture_is_the_arm_and_the_table_alone(visitor: Visitor) -> None:
-    visitor.begin()
-    frame = visitor.page.frame_locator("iframe")
+def test_the_picture_is_the_arm_and_the_table_alone(onlooker: Visitor) -> None:
+    onlooker.begin()
+    frame = onlooker.page.frame_locator("iframe")
     expect(frame.locator("canvas").first).to_be_visible(timeout=20_000)
     visible = frame.locator("body *:visible").evaluate_all(
         "nodes => nodes.filter(n => n.tagName !== 'CANVAS' && !n.querySelector('canvas'))"
@@ -170,7 +174,7 @@ def test_a_phone_needs_no_scrolling_to_answer_or_to_steer(
     browser: Browser, server: RunningServer
 ) -> None:
     (link,) = server.new_links()
-    visitor = Visitor(browser, link, PHONE, has_touch=True, is_mobile=True, **HALF_PIXELS)
+    visitor = Visitor(browser, link, PHONE, has_touch=True, is_mobile=True, has_picture=False)
     visitor.begin()
     for name in ("stick", "confirm", "cant-say", "play-again", "question"):
         box = visitor.page.get_by_test_id(name).bounding_box()
@@ -182,14 +186,17 @@ def test_a_phone_needs_no_scrolling_to_answer_or_to_steer(
     visitor.close()
 
 
-def test_the_dashboard_gives_out_a_link_that_works(browser: Browser, tmp_path: Path) -> None:
+def test_the_dashboard_gives_out_a_link_that_works(browser: Browser, server: RunningServer) -> None:
+    study = make_study(server)
+    office = server.experimenter()
+    invited = office.post("/api/v1/invitations", json={"role": "owner"}).raise_for_status()
     page = browser.new_page()
-    with running_server(tmp_path) as server:
-        sign_up(page, server)
-        page.get_by_test_id("study-demo").click()
-        page.get_by_test_id("new-participant").click()
-        link = page.get_by_test_id("link")
-        expect(link).to_be_visible()
-        assert Participant(link.input_value()).session()["step"] == "consent"
-        expect(page.get_by_test_id("participant-P-2")).to_be_visible()
-        page.close()
+    sign_up(page, server, invited.json()["link"])
+    page.get_by_test_id(f"study-{study}").click()
+    page.get_by_test_id("new-participant").click()
+    link = page.get_by_test_id("link")
+    expect(link).to_be_visible()
+    assert Participant(link.input_value()).session()["step"] == "consent"
+    (made,) = office.get(f"/api/v1/studies/{study}/participants").json()["participants"]
+    expect(page.get_by_test_id(f"participant-{made['label']}")).to_be_visible()
+    page.close()

@@ -18,7 +18,7 @@ def test_a_drive_with_arrows_is_seen_again(browser: Browser, tmp_path: Path) -> 
         answer_all(participant)
         participant.wait_for_training()
         participant.post("driving").raise_for_status()
-        driver = Visitor(browser, server.participant_link, device_scale_factor=0.5)
+        driver = Visitor(browser, server.participant_link, has_picture=False)
         driver.wait_for_step("driving")
         page = driver.page
         expect(page.get_by_test_id("hold")).to_have_text("Released: the arm holds", timeout=20_000)

@@ -1,22 +1,12 @@
 """A person's own stick: set by keys alone, kept through trouble, and the same on another device."""
 
-from collections.abc import Generator
-from pathlib import Path
 from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, expect
 
 from tests.browser.visitor import PHONE, Visitor
-from tests.running_server import Participant, RunningServer, running_server
-
-HALF_PIXELS = {"device_scale_factor": 0.5}
-
-
-@pytest.fixture
-def server(tmp_path: Path) -> Generator[RunningServer]:
-    with running_server(tmp_path, training_steps=60) as server:
-        yield server
+from tests.running_server import Participant, RunningServer
 
 
 def pushed(visitor: Visitor, pad: str) -> tuple[float, float]:
@@ -28,7 +18,8 @@ def pushed(visitor: Visitor, pad: str) -> tuple[float, float]:
 def test_the_stick_is_set_by_keys_alone_through_a_lost_line_for_every_device(
     browser: Browser, server: RunningServer
 ) -> None:
-    visitor = Visitor(browser, server.participant_link, **HALF_PIXELS)
+    (link,) = server.new_links()
+    visitor = Visitor(browser, link, has_picture=False)
     page, keyboard = visitor.page, visitor.page.keyboard
     visitor.wait_for_step("consent")
     visitor.click("begin")
@@ -67,7 +58,7 @@ def test_the_stick_is_set_by_keys_alone_through_a_lost_line_for_every_device(
     assert visitor.complaints == []
     visitor.close()
 
-    phone = Visitor(browser, server.participant_link, PHONE, **HALF_PIXELS)
+    phone = Visitor(browser, link, PHONE, has_picture=False)
     phone.wait_for_step("queries")
     phone.answer(0.3, 0.1)
     x, y = Participant(phone.link).session()["queries"][0]["answer"]["h"]
@@ -79,12 +70,13 @@ def test_the_stick_is_set_by_keys_alone_through_a_lost_line_for_every_device(
 def test_the_arm_holds_while_the_stick_is_set_and_then_follows_it(
     browser: Browser, server: RunningServer
 ) -> None:
-    participant = Participant(server.participant_link)
+    (link,) = server.new_links()
+    participant = Participant(link)
     for number, query in enumerate(participant.begin()["queries"]):
         participant.answer(query["id"], (0.3 * (number - 3), 0.5)).raise_for_status()
     participant.wait_for_training()
     participant.post("driving").raise_for_status()
-    visitor = Visitor(browser, server.participant_link, **HALF_PIXELS)
+    visitor = Visitor(browser, link, has_picture=False)
     visitor.wait_for_step("driving")
     visitor.wait(lambda: visitor.status.get("mode") == "driving")
     visitor.click("adjust-stick")

@@ -2,7 +2,6 @@
 
 import uuid
 from collections.abc import Generator
-from pathlib import Path
 from typing import Any
 
 import httpx
@@ -185,7 +184,7 @@ class Joined(Visitor):
     def __init__(self, browser: Browser, link: str, sent: list[str], **options: Any) -> None:
         self.sent = sent
         self.scripts: set[str] = set()
-        super().__init__(browser, link, reduced_motion="reduce", **options)
+        super().__init__(browser, link, has_picture=False, reduced_motion="reduce", **options)
 
     def open_tab(self) -> Page:
         self.context.on("response", self._note)
@@ -252,11 +251,11 @@ def fill_in(person: Joined, choice: int) -> None:
 
 
 def test_a_phone_at_any_step_needs_no_scrolling_sideways(
-    browser: Browser, server: RunningServer, tmp_path: Path
+    browser: Browser, server: RunningServer
 ) -> None:
-    del tmp_path
     (link,) = server.participant_links(1)
-    visitor = Visitor(browser, link, viewport={"width": 640, "height": 400})  # 200 % of a laptop
+    zoomed = {"width": 640, "height": 400}  # 200 % of a laptop
+    visitor = Visitor(browser, link, zoomed, has_picture=False)
     for step in ("consent", "practice", "queries"):
         visitor.wait_for_step(step)
         wide = visitor.page.evaluate("document.documentElement.scrollWidth")

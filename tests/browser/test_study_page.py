@@ -1,7 +1,6 @@
 """A participant's page in a study: by keyboard, reloaded, pressed twice, offline, in two tabs."""
 
 import re
-from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +15,6 @@ from tests.running_server import Participant, RunningServer, running_server
 
 NAMES = re.compile("no-align|no-priors|all-priors|task-space")
 SMALL_PICTURE = {"device_scale_factor": 0.5}
-
-
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Generator[RunningServer]:
-    with running_server(tmp_path_factory.mktemp("study"), training_steps=20) as server:
-        yield server
 
 
 @pytest.fixture(scope="module")
@@ -59,6 +52,7 @@ def test_a_whole_study_by_keyboard_alone(
     link = link_of(server, study)
     visitor = StudyVisitor(browser, link, **SMALL_PICTURE)
     page, keyboard = visitor.page, visitor.page.keyboard
+    stick = page.get_by_test_id("stick")
 
     def press(name: str) -> None:
         tab_to(page, name)
@@ -72,8 +66,7 @@ def test_a_whole_study_by_keyboard_alone(
     for number in range(1, 6):
         visitor.wait(lambda number=number: visitor.question() == number)
         keyboard.down("ArrowUp")
-        visitor.wait(lambda: page.get_by_test_id("stick").get_attribute("data-x") is not None)
-        page.wait_for_timeout(200)
+        visitor.wait(lambda: float(stick.get_attribute("data-y") or 0) > 0.3)
         keyboard.up("ArrowUp")
         keyboard.press("Enter")
     visitor.wait_for_step("training")
@@ -167,7 +160,7 @@ def test_a_block_that_is_reloaded_goes_on_with_the_same_attempt(
 ) -> None:
     link = link_of(server, study)
     go_to(link, "block")
-    visitor = StudyVisitor(browser, link, **SMALL_PICTURE)
+    visitor = StudyVisitor(browser, link, has_picture=False)
     for _ in range(2):
         visitor.wait_for_step("block")
         visitor.wait(lambda: visitor.status.get("drive_id") is not None)
@@ -194,7 +187,7 @@ def test_every_button_pressed_twice_does_its_thing_once(
     browser: Browser, server: RunningServer, study: str
 ) -> None:
     link = link_of(server, study)
-    visitor = StudyVisitor(browser, link, **SMALL_PICTURE)
+    visitor = StudyVisitor(browser, link, has_picture=False)
     page = visitor.page
 
     def press_twice(name: str) -> None:
@@ -249,7 +242,7 @@ def test_the_rest_of_a_double_click_does_not_answer_the_next_question(
 ) -> None:
     link = link_of(server, study)
     go_to(link, "queries")
-    visitor = StudyVisitor(browser, link, **SMALL_PICTURE)
+    visitor = StudyVisitor(browser, link, has_picture=False)
     visitor.wait_for_step("queries")
     # By the page itself: a browser without a graphics card is too slow for a real double click.
     visitor.page.evaluate(
@@ -278,7 +271,7 @@ def test_a_block_that_is_over_stays_over_when_the_server_is_killed(
     server = RunningServer(tmp_path, training_steps=20)
     link = link_of(server, make_study(server))
     go_to(link, "block")
-    visitor = StudyVisitor(browser, link, **SMALL_PICTURE)
+    visitor = StudyVisitor(browser, link, has_picture=False)
     page = visitor.page
     visitor.drive_and_give_up()
     page.wait_for_timeout(500)
@@ -300,7 +293,7 @@ def test_what_was_said_outlives_a_reload_and_the_back_button(
 ) -> None:
     link = link_of(server, study)
     go_to(link, "block")
-    visitor = StudyVisitor(browser, link, **SMALL_PICTURE)
+    visitor = StudyVisitor(browser, link, has_picture=False)
     page = visitor.page
     visitor.drive_and_give_up()
     visitor.click("continue")
@@ -331,7 +324,7 @@ def test_words_and_declining_exclude_each_other(browser: Browser, server: Runnin
     study = make_study(server, questionnaires=only_words, strategies=["no-align"])
     link = link_of(server, study)
     go_to(link, "block")
-    visitor = StudyVisitor(browser, link, **SMALL_PICTURE)
+    visitor = StudyVisitor(browser, link, has_picture=False)
     page, area = visitor.page, visitor.page.locator("textarea")
     visitor.drive_and_give_up()
     visitor.click("continue")
@@ -361,7 +354,7 @@ def test_offline_nothing_is_lost_and_the_page_goes_on_by_itself(
 ) -> None:
     link = link_of(server, study)
     go_to(link, "block")
-    visitor = StudyVisitor(browser, link, **SMALL_PICTURE)
+    visitor = StudyVisitor(browser, link, has_picture=False)
     page = visitor.page
     visitor.drive_and_give_up()
     visitor.context.set_offline(True)
@@ -388,7 +381,7 @@ def test_a_second_tab_that_is_behind_catches_up_and_changes_nothing(
 ) -> None:
     link = link_of(server, study)
     go_to(link, "block")
-    visitor = StudyVisitor(browser, link, **SMALL_PICTURE)
+    visitor = StudyVisitor(browser, link, has_picture=False)
     visitor.drive_and_give_up()
     visitor.click("continue")
     visitor.wait_for_item("intuitive")
@@ -414,7 +407,7 @@ def test_who_stops_hears_what_becomes_of_what_they_gave(
 ) -> None:
     link = link_of(server, study)
     go_to(link, "block")
-    visitor = StudyVisitor(browser, link, viewport=PHONE, **SMALL_PICTURE)
+    visitor = StudyVisitor(browser, link, viewport=PHONE, has_picture=False)
     page = visitor.page
     visitor.drive_and_give_up()
     visitor.click("continue")

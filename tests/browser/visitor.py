@@ -12,10 +12,18 @@ from tests.running_server import RunningServer
 LAPTOP = {"width": 1280, "height": 800}
 PHONE = {"width": 390, "height": 844}
 
+# In the picture's frame: viser's page is not run, and the page around is told that it is there.
+_NO_PICTURE = """
+if (location.pathname.endsWith('/scene/')) {
+  stop()
+  parent.postMessage({ source: 'joymap-scene', type: 'connected' }, location.origin)
+}
+"""
 
-def sign_up(page: Page, server: RunningServer) -> None:
-    """Make an account by the experimenter link, and arrive on the dashboard."""
-    page.goto(server.experimenter_link)
+
+def sign_up(page: Page, server: RunningServer, link: str | None = None) -> None:
+    """Make an account by a link, else by the printed one, and arrive on the dashboard."""
+    page.goto(link or server.experimenter_link)
     page.get_by_test_id("name").fill("ada")
     page.get_by_test_id("password").fill("correct horse")
     page.get_by_test_id("open-dashboard").click()
@@ -23,10 +31,24 @@ def sign_up(page: Page, server: RunningServer) -> None:
 
 
 class Visitor:
-    """One browser tab with a participant's link open."""
+    """One browser tab with a participant's link open.
 
-    def __init__(self, browser: Browser, link: str, viewport: Any = None, **context: Any) -> None:
+    Without a graphics card the 3-D picture costs more than all else: ``has_picture=False`` leaves
+    it out, where it is not looked at.
+    """
+
+    def __init__(
+        self,
+        browser: Browser,
+        link: str,
+        viewport: Any = None,
+        *,
+        has_picture: bool = True,
+        **context: Any,
+    ) -> None:
         self.context = browser.new_context(viewport=viewport or LAPTOP, **context)
+        if not has_picture:
+            self.context.add_init_script(_NO_PICTURE)
         self.complaints: list[str] = []
         self.steered = 0  # statuses that said the arm was being steered
         self.link = link
