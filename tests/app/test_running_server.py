@@ -209,17 +209,17 @@ def test_a_scene_page_of_another_version_is_sent_away(driver: Participant) -> No
         connect(f"{address}/scene", subprotocols=["viser-v0.0.1"])
 
 
-def test_the_stick_says_nothing_before_the_training(data_dir: Path, driver: Participant) -> None:
-    with running_server(data_dir / "early") as server:
-        early = Participant(server.participant_link)
-        early.begin()
-        with live(early) as socket:
-            at = hear(socket, "status", mode="idle")["hand"]
-            socket.send('{"type": "stick", "seq": 1, "x": 1, "y": 0}')
-            assert "after the training" in hear(socket, "error")["sentence"]
-            assert now(socket)["hand"] == at
-            socket.send(json.dumps({"type": "show", "query_id": str(uuid.uuid4())}))
-            assert "not one of yours" in hear(socket, "error")["sentence"]
+def test_the_stick_says_nothing_before_the_training(server: RunningServer) -> None:
+    (link,) = server.new_links()
+    early = Participant(link)
+    early.begin()
+    with live(early) as socket:
+        at = hear(socket, "status", mode="idle")["hand"]
+        socket.send('{"type": "stick", "seq": 1, "x": 1, "y": 0}')
+        assert "after the training" in hear(socket, "error")["sentence"]
+        assert now(socket)["hand"] == at
+        socket.send(json.dumps({"type": "show", "query_id": str(uuid.uuid4())}))
+        assert "not one of yours" in hear(socket, "error")["sentence"]
 
 
 def test_what_a_scene_page_sends_is_dropped(driver: Participant, server: RunningServer) -> None:
