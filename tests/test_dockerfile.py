@@ -1,7 +1,8 @@
 """No container engine is at hand, so the Dockerfile's own lines are run without one.
 
 Its copies, its install lines and its start line are carried out in an empty folder and an empty
-environment, as the stages would; what the base image and the user's uid do is not covered.
+environment, as the stages would; what the base image and the user's uid do is not covered. The
+packages of run.lock are put there before pip is asked for them: locked_packages.py says how.
 """
 
 import json
@@ -16,6 +17,8 @@ import time
 from pathlib import Path
 
 import pytest
+
+from tests import locked_packages
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -53,12 +56,18 @@ def test_its_install_and_start_lines_run_in_a_clean_environment(tmp_path: Path) 
                 copy(ROOT / source, work / target)
         elif name == "RUN" and "useradd" not in rest:
             subprocess.run(rest, shell=True, cwd=work, env=environment, check=True, timeout=900)
+            if "-m venv" in rest:
+                locked_packages.link_into(work / ".venv")
         elif name == "ENV":
             environment |= dict(pair.split("=", 1) for pair in shlex.split(rest))
         elif name == "CMD":
             command = json.loads(rest)
         elif name == "HEALTHCHECK":
             check = json.loads(rest[rest.index("[") :])
+    listed = [work / ".venv/bin/pip", "list", "--format=json", "--exclude-editable"]
+    output = subprocess.run(listed, env=environment, check=True, capture_output=True).stdout
+    installed = {package["name"] for package in json.loads(output)} - {"pip", "setuptools"}
+    assert installed == set(locked_packages.names())
     # The one thing changed: tests listen on the loopback address, at a free port.
     environment |= {"JOYMAP_HOST": "127.0.0.1", "JOYMAP_PORT": str(port)}
     server = subprocess.Popen(
