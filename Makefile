@@ -2,7 +2,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DELETE_ON_ERROR:
-.PHONY: run setup test check bench soak simulation simulated-study controllers lock clean
+.PHONY: run setup test pytest check bench soak simulation simulated-study controllers lock clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -10,6 +10,8 @@ BIN := $(VENV)/bin
 DATA ?= $(or $(JOYMAP_DATA_DIR),data)
 PANDA := $(or $(JOYMAP_PANDA_DIR),$(DATA)/panda)
 PIP := $(BIN)/pip --disable-pip-version-check
+# Python compiles what it imports; compiling all the rest beforehand takes most of a minute.
+INSTALL := $(PIP) install --no-compile --progress-bar on
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 # Two cores are shared by the control loop and the trainings: one thread for each library.
 export OMP_NUM_THREADS := 1
@@ -30,13 +32,13 @@ $(VENV)/bin/python:
 
 $(VENV)/.run: requirements/run.lock pyproject.toml | $(VENV)/bin/python
 	@echo "── Joymap: installing what it needs (once; a few minutes)"
-	$(PIP) install --progress-bar on -r requirements/run.lock
+	$(INSTALL) -r requirements/run.lock
 	$(PIP) install --quiet --no-deps -e .
 	@touch $@
 
 $(VENV)/.test: requirements/test.lock $(VENV)/.run
 	@echo "── Joymap: installing what the tests need"
-	$(PIP) install --progress-bar on -r requirements/test.lock
+	$(INSTALL) -r requirements/test.lock
 	@touch $@
 
 $(PANDA)/manifest.json: requirements/panda.lock models/panda_pack.py | $(VENV)/.run
@@ -46,7 +48,9 @@ $(PANDA)/manifest.json: requirements/panda.lock models/panda_pack.py | $(VENV)/.
 	       -r requirements/panda.lock -d "$$fetched" \
 	  && $(BIN)/python -m models.panda_pack --wheel "$$fetched"/example_robot_data-*.whl --out $(PANDA)
 
-test: check
+test: check pytest
+
+pytest: $(VENV)/.test $(PANDA)/manifest.json
 	@$(BIN)/python -m tests.browser.find_browser
 	$(BIN)/python -m pytest -n 2
 
