@@ -106,6 +106,8 @@ class Visitor:
         self.page.mouse.move(*middle)
         self.page.mouse.down()
         self.page.mouse.move(middle[0] + x * radius, middle[1] - y * radius, steps=3)
+        # The page reads the stick once a frame; while the picture is drawn that can take a second.
+        self.page.evaluate("() => new Promise(requestAnimationFrame)")
 
     def release_stick(self) -> None:
         self.page.mouse.up()
