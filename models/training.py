@@ -209,6 +209,11 @@ def _partners(
     return partners
 
 
+def learning_rate(settings: TrainingSettings, step: int) -> float:
+    """Of a step, counted from 1: a cosine from the whole rate to zero."""
+    return settings.learning_rate * 0.5 * (1.0 + math.cos(math.pi * (step - 1) / settings.steps))
+
+
 def _descend(
     parameters: AlignmentParameters,
     problem: ExpandedProblem,
@@ -235,9 +240,7 @@ def _descend(
             settings.supervised,
             settings.consistency,
         )
-        rate = (
-            settings.learning_rate * 0.5 * (1.0 + math.cos(math.pi * (step - 1) / settings.steps))
-        )
+        rate = learning_rate(settings, step)
         slope = gradient.vector
         mean *= beta_1
         mean += np.multiply(slope, 1.0 - beta_1, out=scratch)

@@ -2,16 +2,31 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 from jaxtyping import TypeCheckError
-from numpy.testing import assert_array_equal
+from numpy.testing import assert_allclose, assert_array_equal
 
+from models.alignment import HIDDEN
+from models.checkpoints import load_controller
 from models.errors import InputError, ShapeError, TooFewLabelsError
 from models.evaluation import direction_error_deg
-from models.fitting import Labels
+from models.fast_loss import AlignmentParameters, losses
+from models.fitting import FitProblem, Labels
 from models.mapping import Mapping
+from models.priors import PriorWeights
+from models.queries import sample_pool
 from models.reference_training import ExactProblem, exact_losses, fit_reference
 from models.strategies import get_strategy
-from models.training import NetworkMethod, TrainingSettings
+from models.tasks import get_task
+from models.training import (
+    BETAS,
+    NetworkMethod,
+    TrainingSettings,
+    draw_unlabelled,
+    expanded_problem,
+    learning_rate,
+    settings_for,
+)
 from tests.drivers import unaligned
 
 FEW = TrainingSettings(steps=30)
@@ -161,3 +176,75 @@ def test_answers_that_cannot_be_are_refused(person):
         Labels(states, np.full_like(h, np.nan), next_states)
     with pytest.raises((ShapeError, TypeCheckError)):
         Labels(states, h[:3], next_states)
+
+
+def test_the_rate_goes_from_the_whole_to_zero_along_a_cosine():
+    settings = TrainingSettings(steps=1000, learning_rate=0.02)
+    rates = np.array([learning_rate(settings, step) for step in range(1, 1001)])
+    assert rates[0] == 0.02
+    assert rates[500] == pytest.approx(0.01)  # half of the steps are done
+    assert rates[250] == pytest.approx(0.01 * (1.0 + np.sqrt(0.5)))
+    assert rates[-1] == pytest.approx(0.0, abs=1e-6)
+    assert np.all(np.diff(rates) < 0.0)
+
+
+@pytest.mark.parametrize(
+    ("task_name", "strategy"), [("plane", "no-priors"), ("pour", "all-priors")]
+)
+def test_the_descent_is_that_of_adam_in_torch(task_name, strategy, kinematics):
+    task, controller = get_task(task_name), load_controller(task_name)
+    pool = sample_pool(task, controller, kinematics, 60, np.random.default_rng(4))
+    rows = np.arange(7)
+    labels = Labels(pool.states[rows], pool.latents[rows], pool.next_states[rows])
+    settings = TrainingSettings(steps=40, batch=8, neighbours=0.2)
+    weights = weights_of(strategy)
+
+    rng = np.random.default_rng(6)
+    problem = expanded_problem(controller, kinematics, task, labels, pool)
+    parameters = AlignmentParameters.random(HIDDEN, np.float32, rng)
+    draws = draw_unlabelled(problem, settings, (40, 8), rng) if weights != PriorWeights() else None
+    gradient = AlignmentParameters.zeros(HIDDEN, np.float32)
+    vector = torch.from_numpy(parameters.vector)  # the same memory
+    vector.grad = torch.from_numpy(gradient.vector)
+    adam = torch.optim.Adam([vector], betas=BETAS)
+    for step in range(1, 41):
+        draw = draws and draws.at(step - 1)
+        losses(parameters, gradient, problem.labelled, draw, weights, "unsquared", "scale-free")
+        adam.param_groups[0]["lr"] = learning_rate(settings, step)
+        adam.step()
+
+    fitted = NetworkMethod(weights, settings).fit(
+        FitProblem(task, kinematics, controller, labels, pool), seed=6
+    )
+    expected = problem.alignment(controller.content_hash, parameters)
+    for name, array in expected.to_arrays().items():
+        assert_allclose(fitted.alignment.to_arrays()[name], array, atol=2e-5)
+
+
+def ranks_of_partners(task_name, kinematics):
+    """How near to its state each partner is among the pool's others, from 0, and their number."""
+    task, controller = get_task(task_name), load_controller(task_name)
+    pool = sample_pool(task, controller, kinematics, 200, np.random.default_rng(8))
+    labels = Labels(pool.states[:5], pool.latents[:5], pool.next_states[:5])
+    problem = expanded_problem(controller, kinematics, task, labels, pool, np.float64)
+    settings = settings_for(task)
+    drawn = draw_unlabelled(problem, settings, (100, 20), np.random.default_rng(9))
+    apart = np.linalg.norm(pool.states[:, None] - pool.states[None], axis=-1)
+    rank = np.argsort(np.argsort(apart, axis=1), axis=1)  # 0 is the state itself
+
+    def rows(states):
+        same = states.normalised[..., None, :] == problem.pool.normalised
+        return np.argmax(np.all(same, axis=-1), axis=-1)
+
+    return rank[rows(drawn.states), rows(drawn.others)]
+
+
+def test_partners_are_near_where_the_stick_changes_its_meaning_with_the_motion(kinematics):
+    ranks = ranks_of_partners("reach-and-pour", kinematics)
+    assert set(ranks.ravel()) == set(range(1, 21))  # a tenth of 200, and never the state itself
+
+
+def test_partners_are_any_where_it_does_not(kinematics):
+    ranks = ranks_of_partners("plane", kinematics)
+    assert len(set(ranks.ravel())) > 190
+    assert np.median(ranks) == pytest.approx(100, abs=10)
