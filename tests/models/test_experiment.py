@@ -2,8 +2,11 @@ from dataclasses import asdict, replace
 
 import pytest
 
+from models import experiment
 from models.errors import ModelsError
+from models.evaluation import judge_moves
 from models.experiment import METHODS, PAPER_METHODS, Cell, run_cell
+from models.queries import sample_pool
 
 CELL = Cell("plane", "task-space", noise=0.0, seed=900, labels=10, unlabelled=200)
 
@@ -15,6 +18,35 @@ def without_time(row):
 def test_the_same_cell_gives_the_same_bits():
     cell = replace(CELL, method="all-priors", noise=0.1)
     assert without_time(run_cell(cell)) == without_time(run_cell(cell))
+
+
+@pytest.mark.parametrize(
+    ("task", "seed", "unlabelled"),
+    [
+        ("plane", 21, 500),
+        ("plane", 22, 200),
+        ("reach-and-pour", 21, 500),
+        ("reach-and-pour", 23, 200),
+    ],
+)
+def test_no_state_of_the_test_is_one_that_was_learned_from(task, seed, unlabelled, monkeypatch):
+    drawn, judged = [], []
+
+    def draw(*given):
+        drawn.append(sample_pool(*given))
+        return drawn[-1]
+
+    def judge(mapping, person, kinematics, pool):
+        judged.append(pool)
+        return judge_moves(mapping, person, kinematics, pool)
+
+    monkeypatch.setattr(experiment, "sample_pool", draw)
+    monkeypatch.setattr(experiment, "judge_moves", judge)
+    run_cell(replace(CELL, task=task, seed=seed, unlabelled=unlabelled))
+    (test,) = judged
+    (pool,) = (each for each in drawn if each is not test)
+    assert len(pool) == unlabelled
+    assert not {q.tobytes() for q in test.states} & {q.tobytes() for q in pool.states}
 
 
 def test_another_seed_is_another_person():
