@@ -218,22 +218,25 @@ def _best_reading(evidence: Evidence, motions: int) -> tuple[Reading, tuple[bool
     polar = (False, True) if np.any(evidence.azimuth != 0.0) else (False,)
     exponents = _EXPONENTS
     for is_polar in polar:
-        score, found = _search(evidence, motions, is_polar, exponents)
+        score, found = search(evidence, motions, is_polar, exponents)
         if score > best_score:
             best, best_score = found, score
     # Between the exponents of the list, if it is not the straight one.
     step = 0.12
     while best[0].exponent != 1.0 and step > 0.002:
         around = best[0].exponent * np.exp(np.array([-1.0, -0.5, 0.0, 0.5, 1.0]) * step)
-        _, best = _search(evidence, motions, best[0].is_polar, around)
+        _, best = search(evidence, motions, best[0].is_polar, around)
         step *= 0.4
     return best
 
 
-def _search(
+def search(
     evidence: Evidence, motions: int, is_polar: bool, exponents: np.ndarray
 ) -> tuple[float, tuple[Reading, tuple[bool, ...]]]:
-    """The best exponent, skew, drift and noise for a frame."""
+    """The best exponent, skew, drift and noise for a frame, after their score.
+
+    The score is the logarithm of how likely the sticks are, less what the forms cost beforehand.
+    """
     log_h = np.log(np.maximum(np.abs(evidence.h), 0.02))
     rows = [_rows(evidence, motion, is_polar, *exponents) for motion in range(motions)]
     best_score, best = -np.inf, None
