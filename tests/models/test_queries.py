@@ -4,6 +4,7 @@ from jaxtyping import TypeCheckError
 from numpy.testing import assert_allclose, assert_array_equal
 
 from models.checkpoints import load_controller
+from models.demonstrations import BEYOND_M
 from models.errors import InputError, ShapeError
 from models.queries import SHOWN_STEPS, choose_queries, make_query, sample_pool
 from models.tasks import get_task
@@ -99,6 +100,27 @@ def test_a_shown_move_is_straight_stays_over_the_workspace_and_in_the_plane(
         steps /= np.linalg.norm(steps, axis=1, keepdims=True)
         middle = steps[SHOWN_STEPS // 2]
         assert np.degrees(np.arccos(np.clip(steps @ middle, -1, 1))).max() < 20.0
+
+
+@pytest.mark.parametrize("task_name", ["plane", "pour-cup", "reach-and-pour"])
+def test_both_halves_of_a_move_that_can_be_shown_stay_over_the_workspace(task_name, kinematics):
+    task = get_task(task_name)
+    pool = sample_pool(task, load_controller(task_name), kinematics, 400, np.random.default_rng(6))
+    before, after = kinematics.hand_pose(pool.states), kinematics.hand_pose(pool.next_states)
+    half = SHOWN_STEPS / 2 * task.dof_change(before, after)
+    place, motion = task.dof(before), task.motion_at(before)
+    corners = [each.workspace for each in task.motions]
+    low, high = (np.array([pair[side] for pair in corners])[motion] for side in (0, 1))
+    ends = {
+        way: np.all(
+            (place + sign * half > low - BEYOND_M) & (place + sign * half < high + BEYOND_M), axis=1
+        )
+        for way, sign in (("forward", 1.0), ("backward", -1.0))
+    }
+    assert np.array_equal(pool.can_show, ends["forward"] & ends["backward"])
+    # There are moves of which only one of the halves would leave it.
+    assert np.sum(ends["forward"] & ~ends["backward"]) > 5
+    assert np.sum(ends["backward"] & ~ends["forward"]) > 5
 
 
 def test_a_query_is_made_for_one_state(pool, controller):
