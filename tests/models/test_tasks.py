@@ -120,6 +120,18 @@ def test_a_bead_that_lies_where_nothing_counts_it_does_not_keep_the_pouring_goin
     assert pouring.is_enough
 
 
+def test_a_bump_counts_once_and_the_next_one_too():
+    seen = Scripted()
+    attempt = GoingRound(seen)
+    counted = []
+    # Touching for two seconds with a bounce of a fifth, let go for half a second, and once more.
+    for is_touching in [False, *[True] * 10, *[False] * 2, *[True] * 10, *[False] * 5, True, True]:
+        seen.is_touching = is_touching
+        attempt.watch(0.1)
+        counted.append(attempt.progress.counts["touches"])
+    assert counted == [0, *[1] * 27, 2, 2]
+
+
 def test_who_goes_round_the_wrong_way_has_nothing_to_unwind():
     seen = Scripted()
     attempt = GoingRound(seen)
