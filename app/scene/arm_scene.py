@@ -10,6 +10,7 @@ from models.panda_pack import PandaPack
 from models.simulation import HandState
 from models.tasks import Task
 
+from .cameras import camera_of
 from .props_view import PropsView
 from .robot_view import GHOST_COLOUR, GhostView, RobotView
 from .server import SceneServer, SceneSocket
@@ -33,8 +34,9 @@ class ArmScene:
         """Set up table, arm, ghost and the task's props, and mark where the hand may go."""
         self._server = SceneServer()
         scene, poses = self._server.viser.scene, self._server.poses
-        self._server.viser.initial_camera.position = task.look_from
-        self._server.viser.initial_camera.look_at = task.look_at
+        camera = camera_of(task.name)
+        self._server.viser.initial_camera.position = camera.position
+        self._server.viser.initial_camera.look_at = camera.look_at
         self._server.viser.initial_camera.fov = _CAMERA_FOV_RAD
         scene.set_background_image(np.repeat(_SKY[:, None], 8, axis=1).astype(np.uint8))
         scene.configure_environment_map(environment_intensity=_LIGHT)

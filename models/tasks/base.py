@@ -46,8 +46,6 @@ class Task:
         boundary_m: A hand higher than this is in the second motion.
         props: What there is beside the arm and the table.
         field_says: What the picture of a learned field shows, for people.
-        look_from: Where to look at it from, in [m].
-        look_at: And what at.
         begin: Puts arm and props where an attempt begins, by chance, and watches over it.
     """
 
@@ -61,10 +59,6 @@ class Task:
         "From above, with the robot standing at the bottom: where the hand goes from each place "
         "when you push"
     )
-    # Behind the base and above it, looking where the robot looks: forward is forward.
-    # High and a little aside, so that the elbow does not hide the hand.
-    look_from: tuple[float, float, float] = (-0.32, -0.70, 1.60)
-    look_at: tuple[float, float, float] = (0.35, 0.03, 0.14)
     begin: Callable[[Simulation, Kinematics, np.random.Generator], Attempt] = drive_freely
 
     @property

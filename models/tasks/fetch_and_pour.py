@@ -16,7 +16,7 @@ from ..simulation import Simulation
 from .attempt import Attempt, Progress
 from .avoid import AVOID
 from .base import LEVER_M, Task
-from .pour_cup import BEADS, CUP, LOOK_AT, LOOK_FROM, POUR_CUP, Pouring, bowl_at
+from .pour_cup import BEADS, CUP, POUR_CUP, Pouring, bowl_at
 
 _LIFTED_M = 0.2  # between the height of reaching and that of pouring
 _PLACE = (0.50, 0.15)  # of the cup
@@ -121,7 +121,5 @@ FETCH_AND_POUR = Task(
     props=Props(
         bowls=(bowl_at(_BOWL, _BOWL_REACH_M),), cup=replace(CUP, place=_PLACE), beads=BEADS
     ),
-    look_from=LOOK_FROM,
-    look_at=LOOK_AT,
     begin=begin,
 )

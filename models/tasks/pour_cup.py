@@ -22,8 +22,6 @@ BEADS = Beads()
 _BOWL_RADIUS_M, _BOWL_HEIGHT_M = 0.065, 0.05
 # Beads leave the tilted cup beside the line that the hand moves along.
 _BESIDE_M = -0.035
-# From the left: when it pours, the hand comes to the right of the cup and would hide it.
-LOOK_FROM, LOOK_AT = (0.12, 1.05, 0.85), (0.42, 0.0, 0.22)
 _ENOUGH = 0.7  # of a cup
 _FAR, _NEAR = 0, 1  # of the bowls
 _EMPTY = 2  # beads that may stay in a cup that counts as empty
@@ -202,7 +200,5 @@ POUR_CUP = Task(
         "Up on the picture the hand reaches farther, to the left it tilts the cup farther: what it "
         "does from each place when you push"
     ),
-    look_from=LOOK_FROM,
-    look_at=LOOK_AT,
     begin=begin,
 )

@@ -13,12 +13,13 @@ import zstandard
 from scipy.spatial.transform import Rotation
 
 from app.scene.arm_scene import ArmScene
+from app.scene.cameras import CAMERAS, camera_of
 from app.scene.page import scene_page
 from app.scene.robot_view import RobotView, _links
 from app.scene.server import SceneServer
 from models.panda import LINK_NAMES, Q_HOME, Q_MAX, Q_MIN
 from models.panda_pack import PandaPack
-from models.tasks import get_task
+from models.tasks import TASKS, get_task
 from models.world import compiled
 
 
@@ -42,6 +43,24 @@ class FakePage:
 
 def run(scenario: Callable[[], Awaitable[None]]) -> None:
     asyncio.run(scenario())  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("task", "position"), [("avoid", (-0.32, -0.70, 1.60)), ("pour-cup", (0.12, 1.05, 0.85))]
+)
+def test_a_task_is_looked_at_from_where_it_is_seen_well(
+    task: str, position: tuple[float, ...], pack: PandaPack
+) -> None:
+    async def scenario() -> None:
+        camera = ArmScene(pack, get_task(task))._server.viser.initial_camera
+        assert tuple(camera.position) == position
+        assert tuple(camera.look_at) == camera_of(task).look_at
+
+    run(scenario)
+
+
+def test_cameras_are_of_tasks() -> None:
+    assert set(CAMERAS) <= set(TASKS)
 
 
 def test_the_picture_of_the_arm_is_where_the_physics_has_it(
