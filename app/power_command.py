@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app import texts
 from app.settings import Settings
 
 if TYPE_CHECKING:
@@ -144,10 +145,9 @@ def _write(chosen: argparse.Namespace, part: "Part", found: "list[Power]") -> No
     from app.analysis.pictures import save_figure
     from app.analysis.power import power_figure, table_csv
     from app.analysis.simulation_rows import write_file
-    from models.tasks import get_task
 
     first, second = part.strategies
-    title = f"{get_task(part.task).title}, {MEASURES[chosen.measure]}: {first} against {second}"
+    title = f"{texts.title_of(part.task)}, {MEASURES[chosen.measure]}: {first} against {second}"
     write_file(chosen.out / "power.csv", table_csv(found))
     save_figure(
         power_figure(found, chosen.wanted, first, title), chosen.out / "power", endings=_FILES

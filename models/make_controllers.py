@@ -39,7 +39,7 @@ def make_controllers(
         STEPS,
         disturbed=True,
     )
-    _say(f"{task.title}: {demonstrations.states.shape[0]} demonstrations")
+    _say(f"{task.name}: {demonstrations.states.shape[0]} demonstrations")
 
     def save(controller: LatentController, quality: ControllerQuality) -> None:
         _say(f" {controller.form}")

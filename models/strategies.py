@@ -29,13 +29,11 @@ class Strategy:
 
     Attributes:
         name: The word in files and addresses.
-        title: The word for people.
         method: How the alignment is learned.
         needs_everything: Whether it is given what nobody has: an exact label for every state.
     """
 
     name: str
-    title: str
     method: Method
     needs_everything: bool = False
 
@@ -46,38 +44,33 @@ _REVERSIBILITY = 0.5
 _CONSISTENCY = 3.0
 
 PAPER = (
-    Strategy("no-align", "No alignment", IdentityMethod()),
-    Strategy("manual-align", "Best affine map", AffineMethod(), needs_everything=True),
-    Strategy("no-priors", "Answers only", NetworkMethod()),
+    Strategy("no-align", IdentityMethod()),
+    Strategy("manual-align", AffineMethod(), needs_everything=True),
+    Strategy("no-priors", NetworkMethod()),
     Strategy(
         "proportionality",
-        "Answers and proportionality",
         NetworkMethod(PriorWeights(proportionality=_PROPORTIONALITY)),
     ),
     Strategy(
         "reversibility",
-        "Answers and reversibility",
         NetworkMethod(PriorWeights(reversibility=_REVERSIBILITY)),
     ),
     Strategy(
         "consistency",
-        "Answers and consistency",
         NetworkMethod(PriorWeights(consistency=_CONSISTENCY)),
     ),
     Strategy(
         "all-priors",
-        "Answers and priors",
         NetworkMethod(PriorWeights(_PROPORTIONALITY, _REVERSIBILITY, _CONSISTENCY)),
     ),
     # With an exact label for every state, longer.
     Strategy(
         "ideal-align",
-        "Every answer",
         NetworkMethod(settings=TrainingSettings(steps=1500)),
         needs_everything=True,
     ),
 )
-OURS = (Strategy("task-space", "Preference and known arm", TaskSpaceMethod()),)
+OURS = (Strategy("task-space", TaskSpaceMethod()),)
 
 
 def get_strategy(name: str) -> Strategy:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
+from app import texts
 from models.strategies import STRATEGIES
 from models.tasks import TASKS
 
@@ -65,14 +66,14 @@ def _boolean(name: str, says: str) -> Column:
 
 _WHO = _text("participant", "pseudonym of the participant, made for this export")
 _TASK = Column(
-    "task", "text", "", "the robot task", tuple((name, TASKS[name].title) for name in TASKS)
+    "task", "text", "", "the robot task", tuple((name, texts.title_of(name)) for name in TASKS)
 )
 _STRATEGY = Column(
     "strategy",
     "text",
     "",
     "how the alignment was come by",
-    tuple((name, strategy.title) for name, strategy in STRATEGIES.items()),
+    tuple((name, texts.STRATEGIES[name]) for name in STRATEGIES),
 )
 _DRIVE = _text("drive", "pseudonym of the drive")
 _WAY = _integer("way", "which way of steering it is about, from 1; empty: none in particular")

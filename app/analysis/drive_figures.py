@@ -8,12 +8,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from app import texts
 from app.analysis import study_values as values
 from app.analysis.measures import heat_map
 from app.analysis.pictures import plain
 from app.analysis.study_export import StudyExport
-from models.strategies import STRATEGIES
-from models.tasks import get_task
 
 _QUATERNION = ("hand_qw", "hand_qx", "hand_qy", "hand_qz")
 _TICKS = ("raw_x", "raw_y", "hand_x", "hand_y", *_QUATERNION)
@@ -64,10 +63,10 @@ def _grid(rows: values.Rows, size: float) -> tuple[Figure, Iterator[tuple[Axes, 
         for (line, task), (column, strategy) in product(enumerate(tasks), enumerate(strategies)):
             panel = panels[line, column]
             if line == 0:
-                panel.set_title(STRATEGIES[strategy].title)
+                panel.set_title(texts.STRATEGIES[strategy])
             yield panel, task, strategy
             if column == 0:
-                panel.set_ylabel(f"$\\bf{{{_bold(get_task(task).title)}}}$\n{panel.get_ylabel()}")
+                panel.set_ylabel(f"$\\bf{{{_bold(texts.title_of(task))}}}$\n{panel.get_ylabel()}")
             else:
                 panel.set_ylabel("")
 

@@ -8,10 +8,10 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from app import texts
 from app.analysis.pictures import COLOURS, STYLE
 from app.analysis.simulation_rows import distinct, select, spread, values
 from models.experiment import METHODS, Row
-from models.tasks import get_task
 
 _GROUP_WIDTH = 0.86  # of the distance between two noise levels
 _WIDEST_BAR = 0.2
@@ -82,7 +82,7 @@ def labels_figure(rows: Sequence[Row], noise: float) -> Figure:
             for method, queries in product(distinct(rows, "method"), distinct(rows, "queries")):
                 line = select(rows, task=task, method=method, queries=queries)
                 _line(panel, line, str(method), str(queries))
-            panel.set_title(get_task(str(task)).title)
+            panel.set_title(texts.title_of(str(task)))
             panel.set_xlabel("labels K")
         panels[0].set_ylabel("position error $E_d$")
         seeds = len(distinct(rows, "seed"))
@@ -148,7 +148,7 @@ def _line(panel: Axes, rows: Sequence[Row], method: str, queries: str) -> None:
 
 
 def _title(rows: Sequence[Row], task: str, chosen: dict[str, object]) -> str:
-    title = get_task(task).title
+    title = texts.title_of(task)
     facts = [f"{name.replace('_', ' ')} {value}" for name, value in chosen.items()
              if name not in ("labels", "unlabelled")]  # fmt: skip
     if rows:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from app import texts
 from app.analysis import simulation_tables as md
 from app.analysis.simulation_claims import (
     ACCURATE,
@@ -23,7 +24,6 @@ from app.analysis.simulation_claims import (
 )
 from app.analysis.simulation_rows import distinct, select
 from models.experiment import Row
-from models.tasks import get_task
 
 
 def hypotheses(rows: Sequence[Row]) -> tuple[str, dict[str, Count]]:
@@ -241,7 +241,7 @@ def _task_space(rows: Sequence[Row]) -> str:
 
 
 def _title(task: str) -> str:
-    return get_task(task).title
+    return texts.title_of(task)
 
 
 def _compared(test: Comparison) -> str:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from app import texts
 from app.analysis import simulation_tables as md
 from app.analysis.pictures import save_figure
 from app.analysis.simulation_claims import (
@@ -43,7 +44,6 @@ from app.analysis.simulation_variations import (
     people_section,
 )
 from models.experiment import METHODS, Row
-from models.tasks import get_task
 
 _SHOWN_NOISE = 0.1  # of the picture of labels, where it was tried
 _PICTURE = "simulation"
@@ -184,7 +184,7 @@ def _introduction(rows: Sequence[Row], weight: float, pictures: str) -> str:
     seeds = len(distinct(rows, "seed"))
     sizes = md.listed(
         [
-            f"{row.labels} and {row.unlabelled} in *{get_task(row.task).title}*"
+            f"{row.labels} and {row.unlabelled} in *{texts.title_of(row.task)}*"
             for row in (select(rows, task=task)[0] for task in tasks(rows))
         ]
     )
@@ -275,7 +275,7 @@ def _numbers(rows: Sequence[Row]) -> str:
                           for task in tasks(rows))]
         for method in METHODS if select(rows, method=method)
     ]  # fmt: skip
-    head = ["method", *(get_task(task).title for task in tasks(rows))]
+    head = ["method", *(texts.title_of(task) for task in tasks(rows))]
     return f"""{text}
 
 ### Time to learn
@@ -290,7 +290,7 @@ def _measure_table(rows: Sequence[Row], measure: str, show: Callable[[Spread | N
     levels = noises(rows)
     lines = [
         [
-            get_task(task).title,
+            texts.title_of(task),
             f"`{method}`",
             *(
                 show(_spread(select(rows, task=task, method=method, noise=noise), measure))
@@ -310,7 +310,7 @@ def _falls_short(verdicts: dict[str, Count], bars: Sequence[Bar]) -> str:
         for name, verdict in verdicts.items()
         if verdict.held < verdict.cases
     ] + [
-        f"* {bar.what}, *{get_task(bar.task).title}*: {md.ratio(bar.found)}, asked for at most "
+        f"* {bar.what}, *{texts.title_of(bar.task)}*: {md.ratio(bar.found)}, asked for at most "
         f"{bar.limit:g}."
         for bar in bars
         if not bar.held

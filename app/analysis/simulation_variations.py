@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 
+from app import texts
 from app.analysis import simulation_tables as md
 from app.analysis.simulation_claims import Bar, labels_bars, mean, noises, people_bars, tasks
 from app.analysis.simulation_rows import Spread, distinct, select, spread, values
 from models.experiment import METHODS, Row
-from models.tasks import get_task
 
 
 def labels_section(rows: Sequence[Row], picture: str, shown_noise: float) -> str:
@@ -55,7 +55,7 @@ expo users at least twice as good where there is no noise. This holds in
 {len(bars) - len(missed)} of {len(bars)} cases."""
     if missed:
         lines = [
-            [bar.what, get_task(bar.task).title, md.ratio(bar.found), f"≤ {bar.limit:g}"]
+            [bar.what, texts.title_of(bar.task), md.ratio(bar.found), f"≤ {bar.limit:g}"]
             for bar in missed
         ]
         text += "\n\nIt does not in these:\n\n"
@@ -86,7 +86,7 @@ errors:"""
                 ]
                 for method in methods
             ]
-            text += f"\n\n{get_task(task).title}, noise {noise:g}:\n\n"
+            text += f"\n\n{texts.title_of(task)}, noise {noise:g}:\n\n"
             text += md.table(["method", *(f"`{name}`" for name in controllers)], lines)
     return text + _warped(rows)
 
@@ -98,7 +98,7 @@ def bars_table(bars: Sequence[Bar]) -> str:
     for what in dict.fromkeys(bar.what for bar in bars):
         found = {bar.task: _bar_text(bar) for bar in bars if bar.what == what}
         lines.append([what, *(found.get(task, md.MISSING) for task in columns)])
-    return md.table(["found (asked)", *(get_task(task).title for task in columns)], lines)
+    return md.table(["found (asked)", *(texts.title_of(task) for task in columns)], lines)
 
 
 def _bar_text(bar: Bar) -> str:
@@ -112,7 +112,7 @@ def _labels_tables(rows: Sequence[Row]) -> str:
     for noise in noises(rows):
         lines = [
             [
-                get_task(task).title,
+                texts.title_of(task),
                 f"`{method}`",
                 str(queries),
                 *(
@@ -154,7 +154,7 @@ def _people_table(rows: Sequence[Row]) -> str:
         ]
         for preference in distinct(rows, "preference")
     ]  # fmt: skip
-    return md.table(["preference", *(get_task(task).title for task in tasks(rows))], lines)
+    return md.table(["preference", *(texts.title_of(task) for task in tasks(rows))], lines)
 
 
 def _wrong_answers(rows: Sequence[Row]) -> str:
@@ -169,7 +169,7 @@ def _wrong_answers(rows: Sequence[Row]) -> str:
     methods = [name for name in METHODS if name in distinct(wrong, "method")]
     lines = [
         [
-            get_task(task).title,
+            texts.title_of(task),
             f"`{method}`",
             *(
                 md.error_spread(_position(cell, task=task, method=method, wrong_answers=share))

@@ -17,13 +17,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from app import texts
 from app.analysis import study_values as values
 from app.analysis.comparisons import Comparison, Values, compare
 from app.analysis.drive_figures import heat_maps, read_drives, trajectories
 from app.analysis.pictures import COLOURS, STYLE, legend_below, plain
 from app.analysis.study_export import StudyExport
-from models.strategies import STRATEGIES
-from models.tasks import TASKS, get_task
+from models.tasks import TASKS
 
 _WIDTH = 0.8  # of all bars of a group
 _POINT: dict[str, Any] = {"s": 9, "color": "black", "alpha": 0.45, "linewidths": 0, "zorder": 3}
@@ -124,7 +124,7 @@ def _objective(export: StudyExport, found: Sequence[Comparison]) -> Callable[[],
         for panel, measure in zip(panels, values.OBJECTIVE, strict=True):
             tasks = values.objective(export, measure)
             _bars(panel, tasks, [each for each in found if each.measure == measure.name])
-            panel.set_xticks(range(len(tasks)), [get_task(task).title for task in tasks])
+            panel.set_xticks(range(len(tasks)), [texts.title_of(task) for task in tasks])
             panel.set_ylabel(measure.title)
         legend_below(figure, panels[0])
         return figure
@@ -186,7 +186,7 @@ def _bar(panel: Axes, x: float, width: float, strategy: str, people: Mapping[str
     mean, deviation = values.mean_of(people)
     deviation = float(np.nan_to_num(deviation))
     panel.bar(
-        x, mean, 0.92 * width, color=COLOURS[strategy], label=STRATEGIES[strategy].title,
+        x, mean, 0.92 * width, color=COLOURS[strategy], label=texts.STRATEGIES[strategy],
         yerr=deviation, error_kw={"elinewidth": 0.8, "ecolor": "#333333"}, capsize=2,
     )  # fmt: skip
     spots = list(people.values())
@@ -211,7 +211,7 @@ def _preference(export: StudyExport) -> Callable[[], Figure]:
         figure = Figure(figsize=(5.0, 0.8 + 0.4 * len(counts)), layout="constrained")
         panel = figure.subplots()
         panel.barh(
-            [STRATEGIES[name].title for name in counts],
+            [texts.STRATEGIES[name] for name in counts],
             list(counts.values()),
             color=[COLOURS[name] for name in counts],
         )
@@ -238,7 +238,7 @@ def _consistency(again: Sequence[values.Repeat]) -> Callable[[], Figure]:
             panel.plot([place - 0.3, place + 0.3], [median, median], color=COLOURS["all-priors"])
             panel.annotate(f"median {median:.0f}°", (place, median), xytext=(0, 4), ha="center",
                            textcoords="offset points", fontsize=8.0)  # fmt: skip
-        panel.set_xticks(range(len(tasks)), [get_task(task).title for task in tasks])
+        panel.set_xticks(range(len(tasks)), [texts.title_of(task) for task in tasks])
         panel.set_ylabel("angle between two answers [°]")
         panel.set_ylim(bottom=0.0)
         plain(panel)
@@ -269,8 +269,8 @@ def _tries(tasks: values.Tries) -> Callable[[], Figure]:
                 each = list(zip_longest(*people.values()))
                 means = [fmean(time for time in times if time is not None) for times in each]
                 panel.plot(range(1, 1 + len(means)), means, "o-", color=COLOURS[strategy], ms=4,
-                           linewidth=2.0, label=STRATEGIES[strategy].title)  # fmt: skip
-            panel.set_title(get_task(task).title)
+                           linewidth=2.0, label=texts.STRATEGIES[strategy])  # fmt: skip
+            panel.set_title(texts.title_of(task))
             panel.set_xlabel("try")
             panel.xaxis.set_major_locator(MaxNLocator(integer=True))
             panel.set_ylim(bottom=0.0)
@@ -302,9 +302,9 @@ def _learning(curves: _Curves) -> Callable[[], Figure]:
         for panel, (task, lines) in zip(panels, curves.items(), strict=True):
             for strategy, curve in lines:
                 panel.plot(curve[:, 0], curve[:, 1], color=COLOURS[strategy], linewidth=0.7,
-                           alpha=0.7, label=STRATEGIES[strategy].title)  # fmt: skip
+                           alpha=0.7, label=texts.STRATEGIES[strategy])  # fmt: skip
             panel.set_yscale("log")
-            panel.set_title(get_task(task).title)
+            panel.set_title(texts.title_of(task))
             panel.set_xlabel("step")
             plain(panel)
         panels[0].set_ylabel("supervised loss")

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from app import texts
 from app.analysis import study_values as values
 from app.analysis.comparisons import TEST, Comparison, Values
 from app.analysis.pictures import save_figure
@@ -18,8 +19,6 @@ from app.analysis.simulation_rows import write_file
 from app.analysis.study_export import StudyExport
 from app.analysis.study_figures import comparisons, pictures
 from app.analysis.study_report import comparisons_table
-from models.strategies import STRATEGIES
-from models.tasks import get_task
 
 OURS = "all-priors"
 _BASELINES = ("no-align", "no-priors")
@@ -87,7 +86,7 @@ def page_text(studies: Studies, shown: Sequence[str]) -> str:
             "gets used to a strange stick. They give up after a minute; a try that came to "
             "nothing counts with the two minutes that there were.\n",
             "## What the paper says, and what came of it\n",
-            f"Tests: {TEST}; “{STRATEGIES[OURS].title}” against each of the two others, as the "
+            f"Tests: {TEST}; “{texts.STRATEGIES[OURS]}” against each of the two others, as the "
             "paper's hypothesis has it, corrected over three tasks and two pairs for each "
             "measure. The first study's people were looked at while the driver was made; the "
             "second one's were not.\n",
@@ -135,7 +134,7 @@ def _means(export: StudyExport) -> str:
                 mean, deviation = values.mean_of(tasks[task][strategy])
                 cells.append(f"{mean:.1f} ± {deviation:.1f}")
             lines.append(
-                f"| {get_task(task).title} | `{strategy}` | {made} of {tries} "
+                f"| {texts.title_of(task)} | `{strategy}` | {made} of {tries} "
                 f"| {' | '.join(cells)} |"
             )
     return "\n".join(lines) + "\n"

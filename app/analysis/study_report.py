@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from app import texts
 from app.analysis import study_values as values
 from app.analysis.comparisons import LEVEL, TEST, Comparison, friedman
 from app.analysis.pictures import save_figure
 from app.analysis.simulation_rows import write_file
 from app.analysis.study_export import StudyExport
 from app.analysis.study_figures import comparisons, pictures
-from models.strategies import STRATEGIES
-from models.tasks import TASKS, get_task
+from models.tasks import TASKS
 
 INDEX = "figures.json"
 _ENDINGS = ("png", "svg")
@@ -183,7 +183,7 @@ def _sentence(each: Comparison) -> str:
         less, more = more, less
     return (
         f"{_word(each.measure).capitalize()}, {_title(each.task)}: less under "
-        f"“{STRATEGIES[less].title}” than under “{STRATEGIES[more].title}” "
+        f"“{texts.STRATEGIES[less]}” than under “{texts.STRATEGIES[more]}” "
         f"(n = {each.people}, p = {each.p_holm:.3f})."
     )
 
@@ -194,7 +194,7 @@ def _word(measure: str) -> str:
 
 
 def _title(task: str) -> str:
-    return get_task(task).title if task in TASKS else task
+    return texts.title_of(task) if task in TASKS else task
 
 
 def _unit(measure: values.Measure) -> str:

@@ -1,10 +1,10 @@
 """What somebody in front of the page sees, and what they make of it: where to go now.
 
-The places of things on the table are those of the picture; numbers and words are the page's.
+The places of things on the table are those of the picture; phases are the page's.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,8 +12,9 @@ import numpy as np
 from models.kinematics import HandPose
 from models.simulation import HandState
 from models.tasks.attempt import Attempt, hand_pose
-from models.tasks.fetch_and_pour import FETCH_AND_POUR
-from models.tasks.pour_cup import POUR_CUP
+from models.tasks.avoid import AvoidPhase
+from models.tasks.fetch_and_pour import FETCH_AND_POUR, FetchPhase
+from models.tasks.pour_cup import POUR_CUP, PourCupPhase
 
 _SPEED_M_S = 0.15
 _NEAR_M = 0.012
@@ -27,33 +28,31 @@ _REACH_M = {"far": 0.60, "near": 0.42, "start": 0.51, "bowl": 0.58}
 
 @dataclass(frozen=True)
 class Sight:
-    """The hand, the words, the numbers, and whether the arm moves by itself."""
+    """What is seen at one time.
+
+    Attributes:
+        hand: Where the hand is.
+        phase: The attempt's.
+        can_grasp: Whether the button would grasp something.
+        is_by_itself: Whether the arm moves by itself.
+    """
 
     hand: HandPose
-    says: str
-    counts: dict[str, int] = field(default_factory=dict)
+    phase: str
     can_grasp: bool = False
     is_by_itself: bool = False
 
     @classmethod
     def of(cls, attempt: Attempt) -> "Sight":
         """Without a page."""
-        progress = attempt.progress
-        pose = hand_pose(attempt.simulation.hand)
-        is_by_itself = attempt.way is not None
-        return cls(pose, progress.says, progress.counts, attempt.can_grasp, is_by_itself)
+        pose, phase = hand_pose(attempt.simulation.hand), attempt.progress.phase
+        return cls(pose, phase, attempt.can_grasp, attempt.way is not None)
 
     @classmethod
     def of_status(cls, status: dict[str, Any]) -> "Sight":
         """On a page, which is told so."""
-        progress = status["progress"]
-        return cls(
-            hand_of(status),
-            progress["says"],
-            progress["counts"],
-            progress["can_grasp"],
-            status["hold"] == "by-itself",
-        )
+        progress, is_by_itself = status["progress"], status["hold"] == "by-itself"
+        return cls(hand_of(status), progress["phase"], progress["can_grasp"], is_by_itself)
 
 
 def hand_of(status: dict[str, Any]) -> HandPose:
@@ -82,22 +81,22 @@ def presses(sight: Sight) -> bool:
 def _go_round(sight: Sight) -> np.ndarray:
     way = sight.hand.position[:2] - _POST
     apart = np.linalg.norm(way)
-    sign = -1.0 if sight.counts["degrees"] < 360 else 1.0
+    sign = -1.0 if sight.phase == AvoidPhase.CLOCKWISE else 1.0
     along = sign * np.array([-way[1], way[0]]) / apart
     wanted: np.ndarray = 0.12 * along + 2.0 * (_ROUND_M - apart) * way / apart
     return wanted
 
 
 def _pour_twice(sight: Sight) -> np.ndarray:
-    if "far bowl" in sight.says:
+    if sight.phase == PourCupPhase.POUR_FAR:
         return _pour(sight, _REACH_M["far"])
-    if "near bowl" in sight.says:
+    if sight.phase == PourCupPhase.POUR_NEAR:
         return _pour(sight, _REACH_M["near"])
     return _carry(sight, _REACH_M["start"], 0.0)
 
 
 def _fetch(sight: Sight) -> np.ndarray:
-    if "Bring the hand" not in sight.says:
+    if sight.phase != FetchPhase.REACH:
         return _pour(sight, _REACH_M["bowl"])
     return _limited(_to_cup(sight))
 

@@ -23,7 +23,7 @@ from app.bots import eyes
 from app.bots.opinions import Felt, respond
 from app.bots.person import Person
 from models.kinematics import HandPose
-from models.tasks import TASKS, Task
+from models.tasks import Task, get_task
 
 STICK_HZ = 30.0
 _PATIENCE_S = 300.0  # with a training, or an attempt that does not end
@@ -380,5 +380,5 @@ async def _drop_everything(socket: ClientConnection) -> None:
 
 
 def _task_of(session: dict[str, Any]) -> Task:
-    """The task that the page names."""
-    return next(task for task in TASKS.values() if task.title == session["task"])
+    """The task that the page is about."""
+    return get_task(session["task_name"])

@@ -10,6 +10,7 @@ from fastapi import APIRouter, Depends, Path, Request, Response, WebSocket, WebS
 from fastapi.responses import HTMLResponse
 from pydantic import ValidationError
 
+from app import texts
 from app.analysis.measures import Measures
 from app.routers.dependencies import Here, Service, ViewerOnly, same_origin
 from app.routers.descriptions import KEPT, MISSING, REFUSED, example, name_of
@@ -33,7 +34,6 @@ from app.schemas.replay import (
 from app.services import enrolment, measured, records
 from app.storage.tables import DriveRow, ParticipantRow
 from app.teleop.replay import Kind, Replay
-from models.tasks import get_task
 
 router = APIRouter(
     dependencies=[ViewerOnly, Depends(same_origin)],
@@ -128,7 +128,7 @@ def read_move(query_id: str, here: Here) -> MoveOut:
             id=query_id,
             participant_id=participant.id,
             label=enrolment.label_of(participant),
-            task=move.task.title,
+            task=texts.title_of(move.task.name),
             position=move.query.position,
             h=move.h,
             is_answered=move.answer is not None,
@@ -260,7 +260,7 @@ async def _play(socket: WebSocket, replay: Replay) -> None:
 def _facts(drive: DriveRow, ticks: int, measures: Measures | None) -> dict[str, Any]:
     return {
         "id": drive.id,
-        "task": get_task(drive.task).title,
+        "task": texts.title_of(drive.task),
         "strategy": drive.strategy,
         "started_at": drive.started_at.isoformat(timespec="seconds"),
         "end": drive.end,

@@ -75,9 +75,13 @@ class PlaybackOut(BaseModel):
 
 
 class ProgressOut(BaseModel):
-    """How far an attempt is, and how long it has lasted."""
+    """How far an attempt is, and how long it has lasted.
+
+    ``phase`` is for programs and ``says`` the same for people: what to do now, or how it ended.
+    """
 
     title: str
+    phase: str
     fraction: float
     says: str
     counts: dict[str, int]

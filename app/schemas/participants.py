@@ -193,6 +193,7 @@ class SessionOut(BaseModel):
     key: str
     place: int
     task: str | None  # its title
+    task_name: str | None
     way: list[WayOut]
     may_withdraw: bool
     block: BlockOut | None

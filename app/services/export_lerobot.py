@@ -14,9 +14,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from app import texts
 from app.services.export_package import Package
 from app.services.export_tables import TableRow
-from models.tasks import get_task
 
 _QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
 _FILE = "chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
@@ -100,7 +100,7 @@ def _whole(samples: Iterable[pa.Table]) -> Iterator[pa.Table]:
 def _frames(written: _Written, ticks: pa.Table, drive: TableRow, fps: int) -> pa.Table:
     """A drive's frames; takes it down among what was written."""
     count, episode = len(ticks), len(written.episodes)
-    title = get_task(drive["task"]).title
+    title = texts.title_of(drive["task"])
     if title not in written.tasks:
         written.tasks.append(title)
     frame = np.arange(count)

@@ -8,6 +8,7 @@ from dataclasses import asdict
 
 from sqlalchemy.orm import Session
 
+from app import texts
 from app.schemas.participants import (
     BlockOut,
     ConsentOut,
@@ -22,7 +23,6 @@ from app.schemas.participants import (
 )
 from app.services import consent, drives, flow, protocols, queries, stick
 from app.storage.tables import ParticipantRow
-from models.tasks import get_task
 
 _ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
 _FREE_WAY = {
@@ -47,7 +47,8 @@ def session_of(db: Session, participant: ParticipantRow) -> SessionOut:
         step=step.kind,
         key=step.key,
         place=at.place,
-        task=None if step.task is None else get_task(step.task).title,
+        task=None if step.task is None else texts.title_of(step.task),
+        task_name=step.task,
         way=_way(at),
         may_withdraw=participant.state == "active" and step.kind not in ("consent", "end"),
         block=_block(db, participant, at) if step.kind == "block" else None,
@@ -62,7 +63,7 @@ def session_of(db: Session, participant: ParticipantRow) -> SessionOut:
         queries=[_query(question) for question in questions],
         labels_wanted=at.task.labels,
         may_end_early=at.task.questions == "designed",
-        field_says=get_task(at.task.task).field_says,
+        field_says=texts.of_task(at.task.task).learned_field,
         strategies=[
             StrategyOut(name=choice.name, title=choice.title, note=choice.note)
             for choice in drives.STRATEGIES
@@ -86,7 +87,7 @@ def title_of(step: flow.Step) -> str:
         "questions": f"questionnaire {step.questionnaire}",
         "end": "Done",
     }[step.kind]
-    task = "" if step.task is None else f"{get_task(step.task).title}: "
+    task = "" if step.task is None else f"{texts.title_of(step.task)}: "
     way = "" if step.position is None else f", way {step.position}"
     return f"{task}{words}{way}"
 
@@ -106,7 +107,7 @@ def _stage(at: flow.Here, step: flow.Step) -> str:
     if at.protocol.is_free:
         return _FREE_WAY.get(step.kind, "Done")
     if step.task is not None:
-        return get_task(step.task).title
+        return texts.title_of(step.task)
     return {"consent": "Welcome", "practice": "Practise", "questions": "Questions"}.get(
         step.kind, "Done"
     )
@@ -137,7 +138,7 @@ def _questions(at: flow.Here) -> QuestionsOut:
     step = at.step
     questionnaire = protocols.find_questionnaire(at.protocol, step.questionnaire or "")
     assert questionnaire is not None, "a protocol's questionnaires are checked when it is kept"
-    about = None if step.task is None else get_task(step.task).title
+    about = None if step.task is None else texts.title_of(step.task)
     if step.position is not None:
         about = f"{about}: the {_ORDINALS[(step.position - 1) % len(_ORDINALS)]} way of steering"
     return QuestionsOut(questionnaire=questionnaire, about=about, ways=len(at.order))

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from app import texts
 from app.scene.arm_scene import ArmScene
 from app.schemas.messages import PlaybackOut, ProgressOut, StatusOut
 from app.storage.ticks import HOLDS
@@ -161,7 +162,8 @@ class LiveSession:
             return "You are steering in another tab."
         if self._drive is None or self._drive.end is not None:
             return "There is nothing to grasp now: no drive is going on."
-        return self._drive.attempt.press()
+        reason = self._drive.attempt.press()
+        return None if reason is None else texts.NO_GRASP[reason]
 
     def show_arrows(self, tab: str, is_on: bool) -> None:
         """Show or hide where each stick direction would lead, where that is the person's choice."""
@@ -378,11 +380,12 @@ class LiveSession:
     def _progress(self, drive: _Drive) -> ProgressOut | None:
         if not drive.attempt.has_goal:
             return None
-        progress = drive.progress
+        progress, words = drive.progress, texts.of_task(self.task.name)
         return ProgressOut(
-            title=self.task.title,
+            title=words.title,
             fraction=round(progress.fraction, 3),
-            says=progress.says,
+            phase=progress.phase,
+            says=words.phases[progress.phase],
             counts=progress.counts,
             elapsed_s=round(drive.elapsed_s, 1),
             limit_s=self._limit_s,

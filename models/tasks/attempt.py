@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
+from enum import StrEnum
 
 from ..arrays import JointPositions
 from ..beads import rotation_matrix
@@ -9,20 +10,38 @@ from ..kinematics import HandPose
 from ..simulation import HandState, Simulation
 
 
+class Phase(StrEnum):
+    """What is to be done now in an attempt, or how it ended; each task has its own phases."""
+
+
+class FreePhase(Phase):
+    """The phase of a task without a goal."""
+
+    DRIVE = "drive"
+
+
+class NoGrasp(StrEnum):
+    """Why the button does nothing."""
+
+    NOTHING_TO_GRASP = "nothing-to-grasp"
+    OUT_OF_REACH = "out-of-reach"
+    ALREADY_HELD = "already-held"
+
+
 @dataclass(frozen=True)
 class Progress:
     """How far an attempt is.
 
     Attributes:
+        phase: One of the task's.
         fraction: From 0 to 1.
-        says: One sentence: what to do now, or how it ended.
-        counts: Whatever the task counts, by a word for people.
+        counts: Whatever the task counts, by name.
         is_done: Whether it is over.
         is_success: Whether it is over and was achieved.
     """
 
+    phase: Phase
     fraction: float
-    says: str
     counts: dict[str, int] = field(default_factory=dict)
     is_done: bool = False
     is_success: bool = False
@@ -55,9 +74,9 @@ class Attempt(ABC):
         """Whether the button would grasp something now."""
         return False
 
-    def press(self) -> str | None:
-        """The button was pressed; a sentence if there is nothing to do with it."""
-        return "There is nothing to grasp in this task."
+    def press(self) -> NoGrasp | None:
+        """The button was pressed; the reason if that does nothing."""
+        return NoGrasp.NOTHING_TO_GRASP
 
     @property
     def way(self) -> JointPositions | None:
@@ -75,8 +94,8 @@ class FreeDrive(Attempt):
 
     @property
     def progress(self) -> Progress:
-        """None to speak of."""
-        return Progress(0.0, "")
+        """Always the same."""
+        return Progress(FreePhase.DRIVE, 0.0)
 
 
 def hand_pose(hand: HandState) -> HandPose:

@@ -7,7 +7,7 @@ from ..demonstrations import joints_at
 from ..kinematics import Kinematics
 from ..props import Obstacle, Props
 from ..simulation import Simulation
-from .attempt import Attempt, Progress
+from .attempt import Attempt, Phase, Progress
 from .base import Task
 from .plane import PlaneMotion
 
@@ -22,6 +22,14 @@ LET_GO_S = 0.3
 def _in_front() -> JointPositions:
     # The hand at x = 0.5 m, y = 0, z = 0.12 m, pointing down, the elbow in the arm's own plane.
     return np.array([0.0, 0.22207, 0.0, -2.40113, 0.0, 2.62320, np.pi / 4])
+
+
+class AvoidPhase(Phase):
+    """Which of the two turns, seen from above."""
+
+    CLOCKWISE = "clockwise"
+    COUNTER_CLOCKWISE = "counter-clockwise"
+    DONE = "done"
 
 
 class GoingRound(Attempt):
@@ -57,14 +65,14 @@ class GoingRound(Attempt):
         first, second = (min(turned, _TURN_DEG) for turned in self._turned_deg)
         is_done = second >= _TURN_DEG
         if is_done:
-            says = "Done: once round, and back."
+            phase = AvoidPhase.DONE
         elif first >= _TURN_DEG:
-            says = "Now once round counter-clockwise."
+            phase = AvoidPhase.COUNTER_CLOCKWISE
         else:
-            says = "Go once round the post, clockwise."
+            phase = AvoidPhase.CLOCKWISE
         return Progress(
+            phase=phase,
             fraction=(first + second) / (2 * _TURN_DEG),
-            says=says,
             counts={"degrees": int(first + second), "touches": self.touches},
             is_done=is_done,
             is_success=is_done,
@@ -85,9 +93,9 @@ def begin(simulation: Simulation, kinematics: Kinematics, rng: np.random.Generat
 
 AVOID = Task(
     "avoid",
-    "Go round",
     (PlaneMotion(height_m=_HEIGHT_M, home_q=_in_front()),),
     rotation_weight_m=0.0,
     props=Props(obstacle=_OBSTACLE),
     begin=begin,
+    phases=AvoidPhase,
 )

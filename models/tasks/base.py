@@ -17,7 +17,7 @@ from ..demonstrations import (
 from ..kinematics import HandPose, Kinematics, rotated, turn
 from ..props import Props
 from ..simulation import Simulation
-from .attempt import Attempt, FreeDrive
+from .attempt import Attempt, FreeDrive, FreePhase, Phase
 
 # What a turn by one radian counts for, in [m]: 0.8 rad/s is as fast as 0.2 m/s.
 LEVER_M = 0.25
@@ -39,27 +39,22 @@ class Task:
 
     Attributes:
         name: The word in files and addresses.
-        title: The word for people.
         motions: One or two.
         rotation_weight_m: How many metres a turn by one radian counts for in losses (the paper's
             lambda; Plane: 0).
         boundary_m: A hand higher than this is in the second motion.
         props: What there is beside the arm and the table.
-        field_says: What the picture of a learned field shows, for people.
         begin: Puts arm and props where an attempt begins, by chance, and watches over it.
+        phases: Those that an attempt goes through.
     """
 
     name: str
-    title: str
     motions: tuple[TwoDofMotion, ...]
     rotation_weight_m: float
     boundary_m: float = np.inf
     props: Props = field(default_factory=Props)
-    field_says: str = (
-        "From above, with the robot standing at the bottom: where the hand goes from each place "
-        "when you push"
-    )
     begin: Callable[[Simulation, Kinematics, np.random.Generator], Attempt] = drive_freely
+    phases: type[Phase] = FreePhase
 
     @property
     def has_goal(self) -> bool:

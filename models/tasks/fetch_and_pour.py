@@ -4,7 +4,6 @@ The same stick means another thing once the cup is lifted; the hand's height say
 """
 
 from dataclasses import replace
-from typing import Literal
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from ..demonstrations import joints_at
 from ..kinematics import Kinematics
 from ..props import Props
 from ..simulation import Simulation
-from .attempt import Attempt, Progress
+from .attempt import Attempt, NoGrasp, Phase, Progress
 from .avoid import AVOID
 from .base import LEVER_M, Task
 from .pour_cup import BEADS, CUP, POUR_CUP, Pouring, bowl_at
@@ -28,7 +27,16 @@ GRASP_M = 0.035
 # Arm positions this near to where they should be have arrived, in [rad].
 _ARRIVED_RAD = 0.02
 
-Stage = Literal["reaching", "lowering", "lifting", "pouring"]
+
+class FetchPhase(Phase):
+    """From the cup to the bowl, and how it ended."""
+
+    REACH = "reach"
+    LOWER = "lower"  # to the cup, by itself
+    LIFT = "lift"  # with the cup, by itself
+    POUR = "pour"
+    DONE = "done"
+    SPILT = "spilt"  # too little is in the bowl
 
 
 class Fetching(Attempt):
@@ -37,7 +45,7 @@ class Fetching(Attempt):
     def __init__(self, simulation: Simulation, kinematics: Kinematics) -> None:
         """Begin with the cup on the table and the hand free."""
         super().__init__(simulation)
-        self.stage: Stage = "reaching"
+        self.stage = FetchPhase.REACH
         self._pouring = Pouring(simulation, bowl=0)
         down, lift = AVOID.motions[0], POUR_CUP.motions[0]
         self.over = np.array(_PLACE) - np.array(CUP.in_hand[:2])
@@ -50,52 +58,47 @@ class Fetching(Attempt):
 
     def watch(self, dt_s: float) -> None:
         """Go on from stage to stage."""
-        if self.stage == "lowering" and self._is_at(self._grip_q) and self.simulation.grasp():
-            self.stage = "lifting"
-        elif self.stage == "lifting" and self._is_at(self._lifted_q):
-            self.stage = "pouring"
-        elif self.stage == "pouring":
+        if self.stage == FetchPhase.LOWER and self._is_at(self._grip_q) and self.simulation.grasp():
+            self.stage = FetchPhase.LIFT
+        elif self.stage == FetchPhase.LIFT and self._is_at(self._lifted_q):
+            self.stage = FetchPhase.POUR
+        elif self.stage == FetchPhase.POUR:
             self._pouring.watch(dt_s)
 
     @property
     def can_grasp(self) -> bool:
         """Whether the hand is over the cup and free."""
         apart = np.linalg.norm(self.simulation.hand.position[:2] - self.over)
-        return bool(self.stage == "reaching" and apart < GRASP_M)
+        return bool(self.stage == FetchPhase.REACH and apart < GRASP_M)
 
-    def press(self) -> str | None:
+    def press(self) -> NoGrasp | None:
         """Grasp the cup, if the hand is over it."""
-        if self.stage != "reaching":
-            return "The cup is in the hand already."
+        if self.stage != FetchPhase.REACH:
+            return NoGrasp.ALREADY_HELD
         if not self.can_grasp:
-            return "There is nothing to grasp here: bring the hand to the cup."
-        self.stage = "lowering"
+            return NoGrasp.OUT_OF_REACH
+        self.stage = FetchPhase.LOWER
         return None
 
     @property
     def way(self) -> JointPositions | None:
         """Down to the cup, and up with it."""
-        goals = {"lowering": self._grip_q, "lifting": self._lifted_q}
+        goals = {FetchPhase.LOWER: self._grip_q, FetchPhase.LIFT: self._lifted_q}
         return goals.get(self.stage)
 
     @property
     def progress(self) -> Progress:
         """The cup, and what is in the bowl."""
-        is_done = self.stage == "pouring" and self._pouring.is_empty
+        is_done = self.stage == FetchPhase.POUR and self._pouring.is_empty
         is_success = is_done and self._pouring.is_enough
         poured = self._pouring.poured
+        phase = self.stage
         if is_done:
-            says = "Done: the bowl is served." if is_success else "Over: too much went astray."
-        elif self.stage == "reaching":
-            says = "Bring the hand to the cup, then grasp it."
-        elif self.stage == "pouring":
-            says = "Pour the cup into the bowl."
-        else:
-            says = "The hand takes the cup."
-        reached = 0.0 if self.stage == "reaching" else 0.4
+            phase = FetchPhase.DONE if is_success else FetchPhase.SPILT
+        reached = 0.0 if self.stage == FetchPhase.REACH else 0.4
         return Progress(
+            phase=phase,
             fraction=1.0 if is_success else reached + 0.6 * poured / BEADS.count,
-            says=says,
             counts={"bowl": poured, "spilt": self._pouring.spilt},
             is_done=is_done,
             is_success=is_success,
@@ -114,7 +117,6 @@ def begin(simulation: Simulation, kinematics: Kinematics, rng: np.random.Generat
 
 FETCH_AND_POUR = Task(
     "fetch-and-pour",
-    "Fetch and pour",
     (*AVOID.motions, *POUR_CUP.motions),
     rotation_weight_m=LEVER_M,
     boundary_m=_LIFTED_M,
@@ -122,4 +124,5 @@ FETCH_AND_POUR = Task(
         bowls=(bowl_at(_BOWL, _BOWL_REACH_M),), cup=replace(CUP, place=_PLACE), beads=BEADS
     ),
     begin=begin,
+    phases=FetchPhase,
 )

@@ -47,4 +47,4 @@ class PlaneMotion:
         )
 
 
-PLANE = Task("plane", "Move in a plane", (PlaneMotion(),), rotation_weight_m=0.0)
+PLANE = Task("plane", (PlaneMotion(),), rotation_weight_m=0.0)

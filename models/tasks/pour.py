@@ -62,4 +62,4 @@ class PourMotion:
         return HandPose(position, rotation)
 
 
-POUR = Task("pour", "Pour", (PourMotion(),), rotation_weight_m=LEVER_M)
+POUR = Task("pour", (PourMotion(),), rotation_weight_m=LEVER_M)

@@ -10,7 +10,7 @@ from ..demonstrations import joints_at
 from ..kinematics import HandPose, Kinematics
 from ..props import Beads, Bowl, Cup, Props
 from ..simulation import Simulation
-from .attempt import Attempt, Progress, hand_pose
+from .attempt import Attempt, Phase, Progress, hand_pose
 from .base import LEVER_M, Task
 
 _REACH_M = (0.38, 0.64)
@@ -126,6 +126,16 @@ class Pouring:
         return self.poured >= _ENOUGH * BEADS.count
 
 
+class PourCupPhase(Phase):
+    """Which bowl is poured into, and how it ended."""
+
+    POUR_FAR = "pour-far"
+    REFILL = "refill"  # back between the bowls, upright
+    POUR_NEAR = "pour-near"
+    DONE = "done"
+    SPILT = "spilt"  # too little is in the bowls
+
+
 class PouringTwice(Attempt):
     """A cup into the far bowl, back to have it filled again, and into the near bowl."""
 
@@ -158,16 +168,16 @@ class PouringTwice(Attempt):
         enough = _ENOUGH * BEADS.count
         is_success = is_done and in_far >= enough and in_near >= enough
         if is_done:
-            says = "Done: both bowls are served." if is_success else "Over: too much went astray."
+            phase = PourCupPhase.DONE if is_success else PourCupPhase.SPILT
         elif near is not None:
-            says = "Pour the cup into the near bowl."
+            phase = PourCupPhase.POUR_NEAR
         elif self._far.is_empty:
-            says = "Bring the cup back between the bowls, upright: there it is filled again."
+            phase = PourCupPhase.REFILL
         else:
-            says = "Pour the cup into the far bowl."
+            phase = PourCupPhase.POUR_FAR
         return Progress(
+            phase=phase,
             fraction=min(1.0, (in_far + in_near) / (2 * BEADS.count)),
-            says=says,
             counts={
                 "far bowl": in_far,
                 "near bowl": in_near,
@@ -192,13 +202,9 @@ def begin(simulation: Simulation, kinematics: Kinematics, rng: np.random.Generat
 
 POUR_CUP = Task(
     "pour-cup",
-    "Pour a cup",
     (TiltMotion(),),
     rotation_weight_m=LEVER_M,
     props=Props(bowls=(bowl_at("far", 0.60), bowl_at("near", 0.42)), cup=CUP, beads=BEADS),
-    field_says=(
-        "Up on the picture the hand reaches farther, to the left it tilts the cup farther: what it "
-        "does from each place when you push"
-    ),
     begin=begin,
+    phases=PourCupPhase,
 )

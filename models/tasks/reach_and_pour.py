@@ -32,7 +32,6 @@ def _low_and_high_above() -> tuple[np.ndarray, np.ndarray]:
 
 REACH_AND_POUR = Task(
     "reach-and-pour",
-    "Reach and pour",
     (
         PlaneMotion(height_m=_REACH_HEIGHT_M, home_q=_before_the_bottle()),
         PourMotion(over=_BOTTLE, home_q=_over_the_bottle(), workspace=_low_and_high_above()),

@@ -12,6 +12,7 @@ import { Backoff, pause } from './backoff.js'
  * @property {'consent' | 'practice' | 'queries' | 'training' | 'driving' | 'block' | 'questions' | 'end'} step
  * @property {string} key names this step among those of its kind
  * @property {string | null} task its title
+ * @property {string | null} task_name
  * @property {{title: string, is_here: boolean, is_done: boolean}[]} way
  * @property {boolean} may_withdraw
  * @property {{position: number, of: number, drives_wanted: number, drives_made: number, may_continue: boolean, open_drive: string | null} | null} block

@@ -5,6 +5,7 @@ import { clockTime } from './words.js'
 /**
  * @typedef {object} Progress
  * @property {string} title
+ * @property {string} phase of the task, for programs; `says` is the same for people
  * @property {number} fraction
  * @property {string} says
  * @property {Record<string, number>} counts

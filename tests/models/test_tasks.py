@@ -8,7 +8,7 @@ from models.errors import UnknownTaskError
 from models.kinematics import HandPose
 from models.simulation import HandState, Simulation
 from models.tasks import TASKS, get_task
-from models.tasks.avoid import GoingRound
+from models.tasks.avoid import AvoidPhase, GoingRound
 from models.tasks.base import LEVER_M
 from models.tasks.pour_cup import Pouring
 
@@ -92,6 +92,12 @@ def test_a_task_that_does_not_exist_is_named_with_those_that_do():
         get_task("fly")
 
 
+def test_an_attempt_begins_in_a_phase_of_its_task(task, pack, kinematics, rng):
+    attempt = task.begin(Simulation(pack, task.props), kinematics, rng)
+    assert isinstance(attempt.progress.phase, task.phases)
+    assert not attempt.progress.is_done
+
+
 class Scripted(Simulation):
     """What an attempt sees of a simulation, said beforehand."""
 
@@ -143,4 +149,4 @@ def test_who_goes_round_the_wrong_way_has_nothing_to_unwind():
         seen.go_to(angle)
         attempt.watch(0.1)
     assert attempt.progress.counts["degrees"] == 360
-    assert "counter-clockwise" in attempt.progress.says
+    assert attempt.progress.phase == AvoidPhase.COUNTER_CLOCKWISE

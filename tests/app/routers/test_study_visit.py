@@ -136,6 +136,15 @@ def study_id(client: TestClient) -> str:
         return make_study(db, **PROTOCOL).id
 
 
+def test_a_page_is_told_its_tasks_name(client: TestClient, study_id: str) -> None:
+    visitor = Visitor(client, study_id)
+    session = visitor.session()
+    assert (session["task"], session["task_name"]) == (None, None)
+    visitor.go("consent", version=session["consent"]["version"])
+    session = visitor.go("practice")
+    assert (session["task"], session["task_name"]) == ("Go round", "avoid")
+
+
 def test_a_study_from_consent_to_the_last_page(client: TestClient, study_id: str) -> None:
     visitor = Visitor(client, study_id)
     session = visitor.session()

@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from app import texts
 from app.bots.eyes import Sight, presses
 from app.storage.ticks import COLUMNS, HOLDS
 from app.teleop.live_session import LiveSession
@@ -21,6 +22,7 @@ from models.simulated_human import SimulatedHuman, sensitivity
 from models.simulation import Simulation
 from models.task_space import fit_task_space, survey
 from models.tasks import get_task
+from models.tasks.avoid import AvoidPhase
 from tests.app.teleop.test_live_session import FakeRecorder, FakeScene
 from tests.drivers import stick
 
@@ -102,8 +104,9 @@ class Drive:
             self.follow()
 
     def follow(self) -> None:
-        """Let the person steer for a tick."""
-        sight = Sight.of(self.attempt)
+        """Let the person steer for a tick by what a page is told."""
+        status = self.session.status("tab", self.now_s).model_dump(mode="json")
+        sight = Sight.of_status(status)
         if presses(sight):
             self.session.press("tab")
         self.tick(stick(self.lab.person, sight))
@@ -124,6 +127,30 @@ def test_who_is_understood_gets_the_task_done(task: str, pack: PandaPack) -> Non
     else:
         assert outcome["counts"].pop("spilt") <= 2
         assert min(outcome["counts"].values()) >= 14
+
+
+def test_a_page_is_told_the_phase_and_the_same_in_words(pack: PandaPack) -> None:
+    drive = Drive(lab_of("avoid", pack), pack, lab_of("avoid", pack).learned)
+    assert drive.progress.title == "Go round"
+    assert drive.progress.phase == AvoidPhase.CLOCKWISE
+    assert drive.progress.says == "Go once round the post, clockwise."
+    drive.attempt._turned_deg[0] = 360.0  # type: ignore[attr-defined]
+    drive.tick(np.zeros(2))
+    assert drive.progress.phase == AvoidPhase.COUNTER_CLOCKWISE
+    assert drive.progress.says == "Now once round counter-clockwise."
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_who_cannot_read_gets_the_task_done_too(
+    task: str, pack: PandaPack, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words = texts.TASKS[task]
+    gibberish = texts.TaskTexts("Xyzzy", dict.fromkeys(words.phases, "Xyzzy."), "Xyzzy")
+    monkeypatch.setattr(texts, "TASKS", {task: gibberish})
+    drive = Drive(lab_of(task, pack), pack, lab_of(task, pack).learned, seed=11)
+    drive.steer(40.0)
+    assert drive.progress.says == "Xyzzy."
+    assert drive.progress.is_success
 
 
 @pytest.mark.parametrize("task", TASKS)

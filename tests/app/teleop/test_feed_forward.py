@@ -7,6 +7,7 @@ from app.teleop.feed_forward import AHEAD_S, DIRECTIONS, arrows
 from models.beads import rotation_matrix
 from models.panda_pack import PandaPack
 from models.simulation import Simulation
+from models.tasks.fetch_and_pour import FetchPhase
 from tests.app.teleop.test_driven_tasks import Drive, lab_of
 
 
@@ -73,7 +74,7 @@ def test_they_go_while_the_arm_moves_by_itself(pack: PandaPack) -> None:
     drive = Drive(lab, pack, lab.learned, arrows="on")
     drive.tick(np.zeros(2))
     assert drive.scene.arrows is not None
-    drive.attempt.stage = "lowering"  # type: ignore[attr-defined]
+    drive.attempt.stage = FetchPhase.LOWER  # type: ignore[attr-defined]
     for _ in range(12):
         drive.tick(np.zeros(2))
     assert drive.scene.arrows is None

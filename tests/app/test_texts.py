@@ -1,0 +1,28 @@
+"""Words for people: every task, phase, strategy and refusal has its own, and nothing else has."""
+
+import pytest
+
+from app import texts
+from models.alignment import STRATEGIES
+from models.tasks import TASKS
+from models.tasks.attempt import NoGrasp
+
+
+def test_every_task_has_texts() -> None:
+    missing = [name for name in TASKS if name not in texts.TASKS]
+    assert not missing, f"Without texts: {missing}. Add each to TASKS in app/texts.py."
+    assert set(texts.TASKS) == set(TASKS)
+    assert len({each.title for each in texts.TASKS.values()}) == len(TASKS)
+
+
+@pytest.mark.parametrize("task", [task for task in TASKS.values() if task.has_goal])
+def test_every_phase_has_a_text(task) -> None:
+    phases = texts.TASKS[task.name].phases
+    missing = [phase.value for phase in task.phases if not phases.get(phase)]
+    assert not missing, f"Phases of '{task.name}' without a text in app/texts.py: {missing}."
+    assert set(phases) == set(task.phases)
+
+
+def test_every_strategy_and_refusal_has_a_text() -> None:
+    assert set(texts.STRATEGIES) == set(STRATEGIES)
+    assert set(texts.NO_GRASP) == set(NoGrasp)
