@@ -112,6 +112,7 @@ class Page:
         """Make one attempt; what the page was told of it last."""
         opened = await asyncio.to_thread(self.participant.post, "drives", strategy=strategy)
         drive_id = opened.raise_for_status().json()["id"]
+        self._props = (await asyncio.to_thread(self.participant.session))["props"]
         address = self.participant.link.replace("http", "ws", 1)
         async with connect(f"{address}/live?tab={uuid.uuid4()}") as socket:
             steering: asyncio.Task[None] | None = None
@@ -150,7 +151,7 @@ class Page:
         """Push the stick by what was seen last."""
         seq = 0
         while True:
-            sight = Sight.of_status(self._seen)
+            sight = Sight.of_status(self._seen, self._props)
             if presses(sight):
                 await socket.send(json.dumps({"type": "press"}))
             x, y = stick(self.person, sight).tolist()

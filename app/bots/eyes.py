@@ -1,6 +1,6 @@
 """What somebody in front of the page sees, and what they make of it: where to go now.
 
-The places of things on the table are those of the picture; phases are the page's.
+All that is known of an attempt is what the page is told: its phase, and what stands on the table.
 """
 
 from collections.abc import Callable
@@ -13,17 +13,18 @@ from models.kinematics import HandPose
 from models.simulation import HandState
 from models.tasks.attempt import Attempt, hand_pose
 from models.tasks.avoid import AvoidPhase
-from models.tasks.fetch_and_pour import FETCH_AND_POUR, FetchPhase
+from models.tasks.base import LEVER_M
+from models.tasks.fetch_and_pour import FetchPhase
 from models.tasks.pour_cup import POUR_CUP, PourCupPhase
+
+Props = dict[str, Any]  # as in a page's session
 
 _SPEED_M_S = 0.15
 _NEAR_M = 0.012
 _AT_M = 0.03  # once they tip, they do not mind to be so far off
 _GAIN_PER_S = 3.0
-_POST = np.array([0.5, 0.0])
-_ROUND_M = 0.115  # how far from the post they go round it
-_TIPPED_M = 2.1 * 0.25  # the tilt that empties the cup, in metres of the task
-_REACH_M = {"far": 0.60, "near": 0.42, "start": 0.51, "bowl": 0.58}
+_CLEARANCE_M = 0.07  # how far from the post's side they go round it
+_TIPPED_M = 2.1 * LEVER_M  # the tilt that empties the cup, in metres of the task
 
 
 @dataclass(frozen=True)
@@ -33,26 +34,28 @@ class Sight:
     Attributes:
         hand: Where the hand is.
         phase: The attempt's.
+        props: What stands on the table.
         can_grasp: Whether the button would grasp something.
         is_by_itself: Whether the arm moves by itself.
     """
 
     hand: HandPose
     phase: str
+    props: Props
     can_grasp: bool = False
     is_by_itself: bool = False
 
     @classmethod
-    def of(cls, attempt: Attempt) -> "Sight":
+    def of(cls, attempt: Attempt, props: Props) -> "Sight":
         """Without a page."""
         pose, phase = hand_pose(attempt.simulation.hand), attempt.progress.phase
-        return cls(pose, phase, attempt.can_grasp, attempt.way is not None)
+        return cls(pose, phase, props, attempt.can_grasp, attempt.way is not None)
 
     @classmethod
-    def of_status(cls, status: dict[str, Any]) -> "Sight":
+    def of_status(cls, status: dict[str, Any], props: Props) -> "Sight":
         """On a page, which is told so."""
         progress, is_by_itself = status["progress"], status["hold"] == "by-itself"
-        return cls(hand_of(status), progress["phase"], progress["can_grasp"], is_by_itself)
+        return cls(hand_of(status), progress["phase"], props, progress["can_grasp"], is_by_itself)
 
 
 def hand_of(status: dict[str, Any]) -> HandPose:
@@ -79,33 +82,40 @@ def presses(sight: Sight) -> bool:
 
 
 def _go_round(sight: Sight) -> np.ndarray:
-    way = sight.hand.position[:2] - _POST
+    post = sight.props["obstacle"]
+    way = sight.hand.position[:2] - np.array(post["position"])
     apart = np.linalg.norm(way)
     sign = -1.0 if sight.phase == AvoidPhase.CLOCKWISE else 1.0
     along = sign * np.array([-way[1], way[0]]) / apart
-    wanted: np.ndarray = 0.12 * along + 2.0 * (_ROUND_M - apart) * way / apart
+    round_m = post["radius_m"] + _CLEARANCE_M
+    wanted: np.ndarray = 0.12 * along + 2.0 * (round_m - apart) * way / apart
     return wanted
 
 
 def _pour_twice(sight: Sight) -> np.ndarray:
+    near, far = sorted(_reaches(sight))
     if sight.phase == PourCupPhase.POUR_FAR:
-        return _pour(sight, _REACH_M["far"])
+        return _pour(sight, far)
     if sight.phase == PourCupPhase.POUR_NEAR:
-        return _pour(sight, _REACH_M["near"])
-    return _carry(sight, _REACH_M["start"], 0.0)
+        return _pour(sight, near)
+    return _carry(sight, (near + far) / 2, 0.0)
 
 
 def _fetch(sight: Sight) -> np.ndarray:
     if sight.phase != FetchPhase.REACH:
-        return _pour(sight, _REACH_M["bowl"])
+        return _pour(sight, *_reaches(sight))
     return _limited(_to_cup(sight))
 
 
+def _reaches(sight: Sight) -> list[float]:
+    """Where the hand's x is when the cup is over each bowl, in [m]."""
+    ahead = sight.props["cup"]["in_hand"][0]
+    return [bowl["position"][0] - ahead for bowl in sight.props["bowls"]]
+
+
 def _to_cup(sight: Sight) -> np.ndarray:
-    cup = FETCH_AND_POUR.props.cup
-    assert cup is not None
-    assert cup.place is not None
-    way: np.ndarray = np.subtract(cup.place, cup.in_hand[:2]) - sight.hand.position[:2]
+    cup = sight.props["cup"]
+    way: np.ndarray = np.subtract(cup["place"], cup["in_hand"][:2]) - sight.hand.position[:2]
     return way
 
 

@@ -186,7 +186,7 @@ class Visit:
     # Driving.
 
     async def _drive(self, session: dict[str, Any]) -> dict[str, Any]:
-        task, key = _task_of(session), session["key"]
+        task, key, props = _task_of(session), session["key"], session["props"]
         self.person.begin()
         if session["block"]["position"] == 1:
             self._felt = []
@@ -195,7 +195,7 @@ class Visit:
             drive_id = session["block"]["open_drive"] or str(uuid.uuid4())
             await self._post("drives", _id=drive_id)
             try:
-                progress = await self._attempt(task, drive_id)
+                progress = await self._attempt(task, props, drive_id)
             except _Cut:  # as a page does: ask where one is, and begin again
                 session = await self._get("session")
                 if session["step"] != "block":
@@ -214,7 +214,7 @@ class Visit:
         self._felt.append(Felt(self.person.surprise(), failed / max(1, made)))
         return await self._post("block", key=key)
 
-    async def _attempt(self, task: Task, drive_id: str) -> dict[str, Any]:
+    async def _attempt(self, task: Task, props: eyes.Props, drive_id: str) -> dict[str, Any]:
         """One try, with a break of the connection now and then for those who have such a line."""
         self.person.pause()
         began_s, progress = self._now_s(), None
@@ -223,14 +223,21 @@ class Visit:
         )
         while progress is None:
             async with self._page() as page:
-                progress = await self._steer(page, task, drive_id, began_s, next(breaks, np.inf))
+                break_s = next(breaks, np.inf)
+                progress = await self._steer(page, task, props, drive_id, began_s, break_s)
         self.report.drives += 1
         self.report.driven_s += progress["elapsed_s"]
         self.report.waited_s += self._now_s() - began_s
         return progress
 
     async def _steer(
-        self, page: "_Page", task: Task, drive_id: str, began_s: float, break_s: float
+        self,
+        page: "_Page",
+        task: Task,
+        props: eyes.Props,
+        drive_id: str,
+        began_s: float,
+        break_s: float,
     ) -> dict[str, Any] | None:
         """Steer until the attempt ends, or (None) until the connection breaks."""
         seen: list[tuple[float, dict[str, Any]]] = []
@@ -262,7 +269,8 @@ class Visit:
                 ]
                 if old:
                     del seen[: max(0, len(seen) - 60)]
-                    await self._push(page, task, old[-1], sequence, now_s - last_s)
+                    sight = eyes.Sight.of_status(old[-1], props)
+                    await self._push(page, task, sight, sequence, now_s - last_s)
                     last_s, sequence = now_s, sequence + 1
                 await asyncio.sleep(1.0 / STICK_HZ / self.speed)
         except ConnectionClosed:
@@ -271,9 +279,8 @@ class Visit:
             listening.cancel()
 
     async def _push(
-        self, page: "_Page", task: Task, status: dict[str, Any], sequence: int, dt_s: float
+        self, page: "_Page", task: Task, sight: eyes.Sight, sequence: int, dt_s: float
     ) -> None:
-        sight = eyes.Sight.of_status(status)
         if eyes.presses(sight):
             await page.send(type="press")
         wish = eyes.wish_from(task.name, sight)

@@ -21,6 +21,7 @@ from app.bots.eyes import Sight, presses, wish_from
 from app.bots.person import Habits, Person
 from app.bots.visit import STICK_HZ
 from app.scene.arm_scene import ArmScene
+from app.schemas.props import PropsOut
 from app.schemas.protocol import LEARNABLE, NO_ALIGN, TaskProtocol
 from app.services import queries
 from app.storage.tables import AnswerRow, ParticipantRow
@@ -181,6 +182,7 @@ def _drive(
         limit_s=part.limit_s,
     )
     session.take_stick(_TAB)
+    props = PropsOut.model_validate(lab.task.props).model_dump()
     arm = ArmKinematics(lab.kinematics, lab.pack)
     attempt = lab.task.begin(session.prepare(), arm, chance)
     record = _Record()
@@ -190,7 +192,7 @@ def _drive(
     seen: deque[Sight] = deque(maxlen=delay + 1)
     for tick in count():
         now_s = tick * _DT_S
-        seen.append(Sight.of(attempt))
+        seen.append(Sight.of(attempt, props))
         if tick % _TICKS_A_STICK == 0 and len(seen) > delay:
             if presses(seen[0]):
                 session.press(_TAB)

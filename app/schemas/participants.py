@@ -5,6 +5,7 @@ from uuid import UUID
 
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, FiniteFloat, StrictBool, StrictInt
 
+from app.schemas.props import PropsOut
 from app.schemas.protocol import Questionnaire
 
 Axis = Annotated[FiniteFloat, Field(ge=-1.0, le=1.0)]
@@ -194,6 +195,7 @@ class SessionOut(BaseModel):
     place: int
     task: str | None  # its title
     task_name: str | None
+    props: PropsOut | None  # of the task
     way: list[WayOut]
     may_withdraw: bool
     block: BlockOut | None

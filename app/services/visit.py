@@ -21,8 +21,10 @@ from app.schemas.participants import (
     StrategyOut,
     WayOut,
 )
+from app.schemas.props import PropsOut
 from app.services import consent, drives, flow, protocols, queries, stick
 from app.storage.tables import ParticipantRow
+from models.tasks import get_task
 
 _ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
 _FREE_WAY = {
@@ -49,6 +51,7 @@ def session_of(db: Session, participant: ParticipantRow) -> SessionOut:
         place=at.place,
         task=None if step.task is None else texts.title_of(step.task),
         task_name=step.task,
+        props=None if step.task is None else PropsOut.model_validate(get_task(step.task).props),
         way=_way(at),
         may_withdraw=participant.state == "active" and step.kind not in ("consent", "end"),
         block=_block(db, participant, at) if step.kind == "block" else None,

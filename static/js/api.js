@@ -13,6 +13,7 @@ import { Backoff, pause } from './backoff.js'
  * @property {string} key names this step among those of its kind
  * @property {string | null} task its title
  * @property {string | null} task_name
+ * @property {object | null} props what stands on the table, in metres
  * @property {{title: string, is_here: boolean, is_done: boolean}[]} way
  * @property {boolean} may_withdraw
  * @property {{position: number, of: number, drives_wanted: number, drives_made: number, may_continue: boolean, open_drive: string | null} | null} block

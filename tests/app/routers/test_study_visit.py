@@ -136,13 +136,20 @@ def study_id(client: TestClient) -> str:
         return make_study(db, **PROTOCOL).id
 
 
-def test_a_page_is_told_its_tasks_name(client: TestClient, study_id: str) -> None:
+def test_a_page_is_told_its_tasks_name_and_what_stands_on_the_table(
+    client: TestClient, study_id: str
+) -> None:
     visitor = Visitor(client, study_id)
     session = visitor.session()
-    assert (session["task"], session["task_name"]) == (None, None)
+    assert (session["task"], session["task_name"], session["props"]) == (None, None, None)
     visitor.go("consent", version=session["consent"]["version"])
     session = visitor.go("practice")
     assert (session["task"], session["task_name"]) == ("Go round", "avoid")
+    assert session["props"] == {
+        "obstacle": {"position": [0.5, 0.0], "radius_m": 0.045, "height_m": 0.15},
+        "bowls": [],
+        "cup": None,
+    }
 
 
 def test_a_study_from_consent_to_the_last_page(client: TestClient, study_id: str) -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from app import texts
 from app.bots.eyes import Sight, presses
+from app.schemas.props import PropsOut
 from app.storage.ticks import COLUMNS, HOLDS
 from app.teleop.live_session import LiveSession
 from app.teleop.recorder import DriveLog
@@ -86,6 +87,7 @@ class Drive:
         self.attempt = lab.task.begin(simulation, lab.kinematics, np.random.default_rng(seed))
         log = DriveLog(self.recorder, "d", 0, 0.5)  # type: ignore[arg-type]
         self.session.start_drive("task-space", mapping, log, self.attempt)
+        self.props = PropsOut.model_validate(lab.task.props).model_dump(mode="json")
 
     @property
     def progress(self):
@@ -106,7 +108,7 @@ class Drive:
     def follow(self) -> None:
         """Let the person steer for a tick by what a page is told."""
         status = self.session.status("tab", self.now_s).model_dump(mode="json")
-        sight = Sight.of_status(status)
+        sight = Sight.of_status(status, self.props)
         if presses(sight):
             self.session.press("tab")
         self.tick(stick(self.lab.person, sight))
