@@ -20,13 +20,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from models.demonstrations import DT_S
 from models.kinematics import HandPose
 from models.preferences import Preference
 from models.simulated_human import SimulatedHuman
 from models.tasks import Task
 
 FULL_STICK_M_S = 0.2  # how fast they expect the hand to be at full stick
-STEP_S = 0.1  # how they think of speed: a step
+STEP_S = DT_S  # how they think of speed: a step
 _NOISE_S = 0.2  # how long a slip of the hand lasts
 _LEAST_M = 1e-3  # who sees less than this move in a step learns nothing from it
 _DOUBT_S = 0.5  # for how long something looks wrong before they do something about it

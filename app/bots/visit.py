@@ -21,7 +21,7 @@ from websockets.exceptions import ConnectionClosed
 
 from app.bots import eyes
 from app.bots.opinions import Felt, respond
-from app.bots.person import Person
+from app.bots.person import STEP_S, Person
 from models.kinematics import HandPose
 from models.tasks import Task, get_task
 
@@ -29,7 +29,6 @@ STICK_HZ = 30.0
 _PATIENCE_S = 300.0  # with a training, or an attempt that does not end
 _TRIES = 60
 _CUT_S = 15.0  # without a word of the attempt, and it is no more
-_SHOWN_STEPS = 10  # a move is shown for a second
 
 
 class _Cut(Exception):
@@ -145,8 +144,8 @@ class Visit:
                     raise Gone("everything is answered and the questions do not end")
                 query_id = waiting[0]["id"]
                 began_s = self._now_s()
-                before, after = await self._watch(page, query_id)
-                h = self.person.label(task, before, after, _SHOWN_STEPS)
+                before, after, duration_s = await self._watch(page, query_id)
+                h = self.person.label(task, before, after, round(duration_s / STEP_S))
                 session = await self._post(
                     "answers",
                     query_id=query_id,
@@ -155,8 +154,8 @@ class Visit:
                 )
         return session
 
-    async def _watch(self, page: "_Page", query_id: str) -> tuple[HandPose, HandPose]:
-        """Look at a move: the hand at its beginning and at its end."""
+    async def _watch(self, page: "_Page", query_id: str) -> tuple[HandPose, HandPose, float]:
+        """Look at a move: the hand at its beginning and at its end, and how long that takes."""
         for _ in range(_TRIES):
             await page.send(type="show", query_id=query_id)
             before: HandPose | None = None
@@ -169,7 +168,7 @@ class Visit:
                 if playback["fraction"] == 0.0:
                     before = eyes.hand_of(status)
                 if playback["fraction"] == 1.0 and before is not None:
-                    return before, eyes.hand_of(status)
+                    return before, eyes.hand_of(status), playback["duration_s"]
         raise Gone("the moves are not shown")
 
     async def _wait_for_training(self) -> dict[str, Any]:

@@ -38,6 +38,7 @@ from models.fitting import FitProblem, Labels
 from models.kinematics import Kinematics
 from models.mapping import Mapping
 from models.panda_pack import PandaPack, open_pack
+from models.queries import SHOWN_STEPS
 from models.simulation import HandState, Simulation
 from models.strategies import get_strategy
 from models.tasks import Task, get_task
@@ -152,7 +153,7 @@ def _answer(part: Part, person: Person, lab: _Lab, seed: int) -> Labels:
     for query in shown:
         path = queries.as_path(query)
         before, after = lab.kinematics.hand_pose(path[0]), lab.kinematics.hand_pose(path[-1])
-        x, y = person.label(lab.task, before, after, queries.SHOWN_STEPS).tolist()
+        x, y = person.label(lab.task, before, after, SHOWN_STEPS).tolist()
         given.append((query, AnswerRow(h_x=x, h_y=y)))
     return queries.as_labels(given)
 

@@ -68,10 +68,11 @@ PAGE_MESSAGE: TypeAdapter[PageMessage] = TypeAdapter(
 
 
 class PlaybackOut(BaseModel):
-    """Which move is being shown, and how far it has come."""
+    """Which move is being shown, how far it has come, and how long the arm moves in all."""
 
     query_id: str
     fraction: float
+    duration_s: float
 
 
 class ProgressOut(BaseModel):

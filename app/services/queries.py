@@ -21,7 +21,14 @@ from models.controller import LatentController
 from models.designed_queries import design_queries
 from models.fitting import Labels
 from models.kinematics import Kinematics
-from models.queries import QueryPool, choose_queries, make_query, sample_pool, showable
+from models.queries import (
+    SHOWN_STEPS,
+    QueryPool,
+    choose_queries,
+    make_query,
+    sample_pool,
+    showable,
+)
 from models.task_space import Survey, survey, understand_labels
 from models.tasks import get_task
 
@@ -29,9 +36,6 @@ from models.tasks import get_task
 SPARE_FACTOR = 2
 # With fewer labels than this a mirrored idea of the stick may be taken for a turned one.
 LABELS_NEEDED = 5
-# A move is shown for a second, ten steps of the controller's 0.1 s.
-SHOWN_STEPS = 10
-S_PER_STEP = 0.1
 # The smallest change of the hand in one step that is asked about, in [m]: moves long enough for
 # people to tell the direction of, and for those who always push the stick to its end.
 SMALLEST_MOVE_M = 0.012

@@ -13,6 +13,7 @@ from app.storage import drives, participants
 from app.storage.tables import AnswerRow, DriveRow, QueryRow
 from app.storage.ticks import COLUMNS, unpack, unpack_props
 from models.beads import BeadCounts, count_beads_by_tick
+from models.demonstrations import DT_S
 from models.props import Props
 from models.tasks import Task, get_task
 
@@ -175,7 +176,7 @@ def read_move(db: Session, query_id: str) -> Move:
     answer = participants.latest_answers(db, query.participant_id).get(query_id)
     db.expunge_all()
     path, hands = queries.as_path(query), np.asarray(query.hand_path, dtype=float)
-    steps_s = queries.S_PER_STEP * np.arange(len(path))
+    steps_s = DT_S * np.arange(len(path))
     rows = np.zeros((round(steps_s[-1] * _MOVE_HZ) + 1, len(COLUMNS)))
     rows[:, 0] = np.arange(len(rows)) / _MOVE_HZ
     _fill(rows, ("q_1", "q_7"), steps_s, path)

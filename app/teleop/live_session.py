@@ -360,7 +360,11 @@ class LiveSession:
             mode = "driving"
         elif self._show is not None and not self._show.is_over(now_s):
             mode = "showing"
-            playback = PlaybackOut(query_id=self._show.query_id, fraction=self._show.at(now_s)[1])
+            playback = PlaybackOut(
+                query_id=self._show.query_id,
+                fraction=self._show.at(now_s)[1],
+                duration_s=self._show.duration_s,
+            )
         progress = None if self._drive is None else self._progress(self._drive)
         hand = self._simulation.hand
         return StatusOut(

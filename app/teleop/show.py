@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.services.queries import S_PER_STEP
+from models.demonstrations import DT_S
 
 _REST_S = 0.6  # the arm stands still before and after
 
@@ -26,7 +26,7 @@ class Show:
     @property
     def duration_s(self) -> float:
         """How long it moves."""
-        return (len(self.path) - 1) * S_PER_STEP
+        return (len(self.path) - 1) * DT_S
 
     def at(self, now_s: float) -> tuple[np.ndarray, float]:
         """Joint positions ``(7,)`` in [rad] and the fraction shown."""

@@ -13,7 +13,7 @@ import { LiveSocket } from './socket.js'
  * @property {[number, number]} stick
  * @property {[number, number, number]} hand in metres
  * @property {[number, number, number, number]} hand_wxyz
- * @property {null | {query_id: string, fraction: number}} playback
+ * @property {null | {query_id: string, fraction: number, duration_s: number}} playback
  * @property {boolean} arrows whether the picture shows where the stick leads
  */
 

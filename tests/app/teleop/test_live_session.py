@@ -276,7 +276,10 @@ def test_a_move_is_played_from_start_to_end_and_stays_there(pack: PandaPack) -> 
     assert arm.scene.moves == 1
     arm.tick(0.3)
     assert arm.scene.arms[-1] == pytest.approx(path[0])
-    assert arm.session.status("tab", arm.now_s).mode == "showing"
+    status = arm.session.status("tab", arm.now_s)
+    assert status.mode == "showing"
+    assert status.playback is not None
+    assert status.playback.duration_s == pytest.approx(1.0)
     arm.tick(3.0)
     assert arm.scene.arms[-1] == pytest.approx(path[-1])
     assert arm.session.status("tab", arm.now_s).mode == "idle"
