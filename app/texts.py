@@ -1,4 +1,4 @@
-"""What people read of tasks and strategies: titles, what to do now, and refusals.
+"""What people read of tasks, strategies and orders: titles, what to do now, and refusals.
 
 The learning core has names and phases, and no words for people; a task's words are here.
 """
@@ -95,6 +95,14 @@ _STRATEGY_TITLES = MappingProxyType(
 # another package brings goes by its name.
 STRATEGIES: Mapping[str, str] = MappingProxyType(
     {name: _STRATEGY_TITLES.get(name, name) for name in strategies.STRATEGIES}
+)
+
+ORDERS: Mapping[str, str] = MappingProxyType(
+    {
+        "williams": "Williams design (balanced)",
+        "random": "Every order",
+        "fixed": "Always the same",
+    }
 )
 
 NO_GRASP: Mapping[NoGrasp, str] = MappingProxyType(

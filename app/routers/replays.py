@@ -31,7 +31,7 @@ from app.schemas.replay import (
     SeekIn,
     SpeedIn,
 )
-from app.services import enrolment, measured, records
+from app.services import drives, enrolment, measured, records
 from app.storage.tables import DriveRow, ParticipantRow
 from app.teleop.replay import Kind, Replay
 
@@ -48,6 +48,7 @@ _DRIVE = {
     "id": "0c1f5b0e-7f0c-4a43-8d5e-6a0c5a0b3f21",
     "task": "Go round",
     "strategy": "all-priors",
+    "strategy_title": "Your mapping",
     "started_at": "2026-11-24T10:02:31+00:00",
     "end": "done",
     "ticks": 1204,
@@ -87,8 +88,8 @@ def read_drives(participant_id: str, here: Here, request: Request) -> Response:
         participant = enrolment.by_id(db, participant_id)
         found = measured.of_participant(db, participant_id)
         lines = [DriveOut(**_facts(each.drive, each.ticks, each.measures)) for each in found]
-        drives = DrivesOut(label=enrolment.label_of(participant), drives=lines)
-    return unless_known(request, drives)
+        whole = DrivesOut(label=enrolment.label_of(participant), drives=lines)
+    return unless_known(request, whole)
 
 
 @router.get(
@@ -262,6 +263,7 @@ def _facts(drive: DriveRow, ticks: int, measures: Measures | None) -> dict[str, 
         "id": drive.id,
         "task": texts.title_of(drive.task),
         "strategy": drive.strategy,
+        "strategy_title": drives.title_of(drive.strategy),
         "started_at": drive.started_at.isoformat(timespec="seconds"),
         "end": drive.end,
         "ticks": ticks,

@@ -7,6 +7,7 @@ from fastapi import APIRouter, Depends, Header, Query, Request, Response
 from app.routers.dependencies import Assistant, Here, Viewer, same_origin
 from app.routers.descriptions import CHANGED, KEPT, MISSING, REFUSED, name_of
 from app.routers.etags import unless_known
+from app.schemas.choices import ChoicesOut
 from app.schemas.experimenter import (
     CheckedOut,
     LinkOut,
@@ -21,7 +22,7 @@ from app.schemas.experimenter import (
     StudyOut,
     StudyStateIn,
 )
-from app.services import enrolment, overview, studies
+from app.services import choices, enrolment, overview, studies
 
 router = APIRouter(
     prefix="/api/v1",
@@ -38,6 +39,13 @@ def read_studies(me: Viewer, here: Here, request: Request) -> Response:
     del me
     with here.database.read() as db:
         return unless_known(request, StudiesOut(studies=studies.lines(db)))
+
+
+@router.get("/choices", response_model=ChoicesOut)
+def read_choices(me: Viewer, request: Request) -> Response:
+    """What a protocol can be made of, and one to begin with; unchanged, it is not sent again."""
+    del me
+    return unless_known(request, choices.choices())
 
 
 @router.post("/protocols/check")

@@ -104,3 +104,12 @@ JOB: dict[str, Any] = {
     "ended_at": None,
     "training_s": None,
 }
+CHOICES: dict[str, Any] = {
+    "tasks": [
+        {"name": "avoid", "title": "Go round", "has_goal": True, "labels": 7, "unlabelled": 1000}
+    ],
+    "strategies": [{"name": "all-priors", "title": "Answers and priors", "is_learned": True}],
+    "orders": [{"name": "williams", "title": "Williams design (balanced)"}],
+    "questionnaires": [{"name": "steering", "title": "How was it to steer like this?"}],
+    "template": PROTOCOL,
+}

@@ -138,6 +138,7 @@ class StrategyOut(BaseModel):
     name: str
     title: str
     note: str
+    has_curve: bool  # of its learning
 
 
 class StickSettingsOut(BaseModel):

@@ -75,6 +75,7 @@ class DriveOut(BaseModel):
     id: str
     task: str
     strategy: str
+    strategy_title: str
     started_at: str
     end: str | None
     ticks: int

@@ -19,19 +19,40 @@ MADE = ("done", "given up", "time limit")
 
 @dataclass(frozen=True)
 class StrategyChoice:
-    """How a strategy is offered to the person."""
+    """How a strategy is offered to the person.
+
+    Attributes:
+        name: Of the strategy.
+        title: Its name on the page.
+        note: What it is, in a few words.
+        has_curve: Whether it is learned step by step, so that there is a curve to show.
+    """
 
     name: str
     title: str
     note: str
+    has_curve: bool = False
 
 
 STRATEGIES = (
-    StrategyChoice("all-priors", "Your mapping", "learned from your answers, filled in sensibly"),
+    StrategyChoice(
+        "all-priors",
+        "Your mapping",
+        "learned from your answers, filled in sensibly",
+        has_curve=True,
+    ),
     StrategyChoice("task-space", "Your idea", "what your answers have in common"),
-    StrategyChoice("no-priors", "Answers only", "learned from your answers and nothing else"),
+    StrategyChoice(
+        "no-priors", "Answers only", "learned from your answers and nothing else", has_curve=True
+    ),
     StrategyChoice(NO_ALIGN, "Robot's own", "the stick goes to the robot as it is"),
 )
+
+
+def title_of(strategy: str) -> str:
+    """What the person knows a strategy as; its name, if it is not offered by a title."""
+    titles = {choice.name: choice.title for choice in STRATEGIES}
+    return titles.get(strategy, strategy)
 
 
 class UnknownStrategy(JoymapError):

@@ -68,7 +68,7 @@ def session_of(db: Session, participant: ParticipantRow) -> SessionOut:
         may_end_early=at.task.questions == "designed",
         field_says=texts.of_task(at.task.task).learned_field,
         strategies=[
-            StrategyOut(name=choice.name, title=choice.title, note=choice.note)
+            StrategyOut(**asdict(choice))
             for choice in drives.STRATEGIES
             if protocol.is_free and choice.name in at.order
         ],

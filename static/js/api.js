@@ -4,7 +4,7 @@ import { Backoff, pause } from './backoff.js'
 /** @typedef {{x: number, y: number}} Stick x to the right, y up (forward), in the unit disc */
 /** @typedef {{id: string, h: [number, number] | null}} Given */
 /** @typedef {{id: string, position: number, answer: Given | null}} Query */
-/** @typedef {{name: string, title: string, note: string}} Strategy */
+/** @typedef {{name: string, title: string, note: string, has_curve: boolean}} Strategy */
 /**
  * @typedef {object} Session
  * @property {string} study

@@ -13,7 +13,6 @@
  * @property {boolean | null} is_success
  */
 
-export const STRATEGIES = { 'all-priors': 'Your mapping', 'task-space': 'Your idea', 'no-priors': 'Answers only', 'no-align': "Robot's own" }
 export const HOLDS = { released: 'Released', silent: 'No signal', edge: 'At the edge', 'moving-home': 'Going back to the start', 'by-itself': 'Moving by itself' }
 
 /** @param {Measures} measures @returns {[string, string][]} a name and a value each; what a task does not have is left out. */

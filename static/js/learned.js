@@ -8,12 +8,11 @@ import { arrowScale } from './field_geometry.js'
 
 const MOMENTS = Object.freeze([{ fraction: 0, title: 'Start' }, { fraction: 0.5, title: 'Half-way' }, { fraction: 1, title: 'End' }])
 const DWELL_MS = 1300
-const PLOTTED = Object.freeze(['all-priors', 'no-priors'])
 
 export class LearnedPanel {
   /** @param {import('./api.js').Session} session */
   constructor({ strategies, field_says: fieldSays }) {
-    this.strategies = PLOTTED.map((name) => strategies.find((strategy) => strategy.name === name) ?? { name, title: name, note: '' })
+    this.strategies = strategies.filter(({ has_curve }) => has_curve)
     this.plots = new Map(this.strategies.map(({ name, title, note }) => [name, new FieldPlot(title, note)]))
     this.chart = new LossChart()
     this.moment = -1

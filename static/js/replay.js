@@ -2,7 +2,7 @@
 import { Api, ApiError } from './api.js'
 import { Banners } from './banners.js'
 import { WayPicture, stickPicture } from './drive_pictures.js'
-import { HOLDS, STRATEGIES, endInWords, measuresInWords } from './drive_words.js'
+import { HOLDS, endInWords, measuresInWords } from './drive_words.js'
 import { html } from './element.js'
 import { newId } from './ids.js'
 import { Scene } from './scene.js'
@@ -66,7 +66,7 @@ addEventListener('keydown', (event) => {
 })
 
 function showDrive(found) {
-  document.getElementById('summary').textContent = `${STRATEGIES[found.strategy] ?? found.strategy} · ${new Date(found.started_at).toLocaleString()} · ${endInWords(found.end)}`
+  document.getElementById('summary').textContent = `${found.strategy_title} · ${new Date(found.started_at).toLocaleString()} · ${endInWords(found.end)}`
   document.getElementById('measures').replaceChildren(
     html('table', { class: 'measures', 'data-testid': 'measures' }, html('tbody', {}, measuresInWords(found.measures).map(([name, value]) =>
       html('tr', {}, html('th', { scope: 'row' }, name), html('td', {}, value))))),

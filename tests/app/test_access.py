@@ -95,6 +95,7 @@ NEEDS = {
     "DELETE /api/v1/tokens/{token_id}": "assistant",
     "GET /api/v1/audit": "owner",
     "GET /api/v1/studies": "viewer",
+    "GET /api/v1/choices": "viewer",
     "POST /api/v1/protocols/check": "viewer",
     "POST /api/v1/studies": "assistant",
     "GET /api/v1/studies/{study_id}": "viewer",

@@ -1,8 +1,11 @@
 """Words for people: every task, phase, strategy and refusal has its own, and nothing else has."""
 
+from typing import get_args
+
 import pytest
 
 from app import texts
+from app.schemas.protocol import Protocol
 from models.alignment import STRATEGIES
 from models.tasks import TASKS
 from models.tasks.attempt import NoGrasp
@@ -23,6 +26,7 @@ def test_every_phase_has_a_text(task) -> None:
     assert set(phases) == set(task.phases)
 
 
-def test_every_strategy_and_refusal_has_a_text() -> None:
+def test_every_strategy_refusal_and_order_has_a_text() -> None:
     assert set(texts.STRATEGIES) == set(STRATEGIES)
     assert set(texts.NO_GRASP) == set(NoGrasp)
+    assert set(texts.ORDERS) == set(get_args(Protocol.model_fields["order"].annotation))

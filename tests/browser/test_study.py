@@ -10,7 +10,9 @@ import yaml
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, expect
 
+from app import texts
 from app.schemas.protocol import LEARNABLE, NO_ALIGN
+from models.tasks import TASKS
 from tests.browser.visitor import LAPTOP, PHONE, Visitor, sign_up
 from tests.running_server import Participant, RunningServer, running_server
 
@@ -45,6 +47,9 @@ def test_people_take_part_in_a_study_made_in_the_browser(
     sign_up(office, server)
     office.get_by_test_id("new-study").click()
     expect(office.get_by_test_id("steps")).to_contain_text("way 3")
+    for task in TASKS.values():  # a new one is there without a change to the page
+        offered = office.get_by_label(texts.title_of(task.name), exact=True)
+        expect(offered).to_have_count(int(task.has_goal))
     assert_accessible(office)
     office.get_by_test_id("yaml").fill("title: [")
     expect(office.get_by_test_id("protocol-error")).to_contain_text("line")

@@ -1,5 +1,5 @@
 // person.js — one participant: what they did, said and drove, and what an experimenter does about it.
-import { STRATEGIES, endInWords, measuresInWords } from '../drive_words.js'
+import { endInWords, measuresInWords } from '../drive_words.js'
 import { html, svg } from '../element.js'
 import { newId } from '../ids.js'
 import { Scene } from '../scene.js'
@@ -137,9 +137,9 @@ function drivesTable(drives) {
   const columns = ['Task', 'Strategy', 'End', ...names, 'Replay']
   return html('table', { class: 'table drives-table', 'data-testid': 'drives' },
     html('thead', {}, html('tr', {}, html('th', { scope: 'col' }, 'Began'), columns.map((name) => html('th', { scope: 'col' }, name)))),
-    html('tbody', {}, drives.map(({ id: drive, task, strategy, started_at, end, ticks }, index) => {
+    html('tbody', {}, drives.map(({ id: drive, task, strategy_title: strategy, started_at, end, ticks }, index) => {
       const look = ticks === 0 ? 'nothing recorded' : html('a', { href: `${ROOT}/drives/${drive}`, 'data-testid': 'replay' }, 'Look')
-      const cells = [task, STRATEGIES[strategy] ?? strategy, endInWords(end), ...names.map((name) => measured[index].get(name) ?? '–'), look]
+      const cells = [task, strategy, endInWords(end), ...names.map((name) => measured[index].get(name) ?? '–'), look]
       return html('tr', {}, html('th', { scope: 'row' }, moment(started_at)), cells.map((cell, column) => html('td', { 'data-label': columns[column] }, cell)))
     })))
 }

@@ -1,14 +1,17 @@
 // protocol_editor.js — a protocol as a form and as YAML, the same thing: the server turns one into the other.
 import { ApiError } from '../api.js'
 import { html } from '../element.js'
-import { ORDERS, STRATEGIES, TASKS } from './template.js'
+
+/** @typedef {{name: string, title: string}} Choice */
+/** @typedef {{tasks: (Choice & {has_goal: boolean})[], strategies: Choice[], orders: Choice[], template: object}} Choices */
 
 const WAIT_MS = 350
 
 export class ProtocolEditor {
-  /** @param {import('../api.js').Api} api @param {object} protocol */
-  constructor(api, protocol) {
+  /** @param {import('../api.js').Api} api @param {Choices} choices @param {object} protocol */
+  constructor(api, choices, protocol) {
     this.api = api
+    this.choices = { ...choices, tasks: choices.tasks.filter(({ has_goal }) => has_goal) }
     this.protocol = structuredClone(protocol)
     this.asked = 0
     this.said = html('p', { class: 'bad', role: 'alert', 'data-testid': 'protocol-error' })
@@ -58,30 +61,30 @@ export class ProtocolEditor {
   }
 
   #draw() {
-    const { protocol } = this
+    const { protocol, choices } = this
     const tasks = new Map(protocol.tasks.map((task) => [task.task, task]))
-    const setTask = (name, change) => this.#change({ tasks: Object.keys(TASKS).flatMap((each) => {
+    const setTask = (name, change) => this.#change({ tasks: choices.tasks.flatMap(({ name: each }) => {
       const task = { ...(tasks.get(each) ?? (each === name ? { task: each } : null)), ...(each === name ? change : {}) }
       return task.task === undefined || task.off ? [] : [task]
     }) })
     const redraw = () => setTimeout(() => this.#draw(), 2 * WAIT_MS)
     this.form.replaceChildren(
       this.#text('Title', protocol.title, (title) => this.#change({ title })),
-      html('fieldset', { class: 'card' }, html('legend', {}, 'Tasks'), Object.entries(TASKS).map(([name, title]) => {
+      html('fieldset', { class: 'card' }, html('legend', {}, 'Tasks'), choices.tasks.map(({ name, title }) => {
         const task = tasks.get(name)
         return html('div', { class: 'bar' },
           this.#box(title, task !== undefined, (on) => { setTask(name, on ? { task: name } : { off: true }); redraw() }),
           task && this.#number('Questions', task.labels, 5, 100, (labels) => { task.labels = labels; setTask(name, { labels }) }),
           task && this.#number('Seconds', task.time_limit_s ?? '', 1, 3600, (time_limit_s) => { task.time_limit_s = time_limit_s; setTask(name, { time_limit_s }) }))
       })),
-      html('fieldset', { class: 'card' }, html('legend', {}, 'Ways of steering compared'), html('div', { class: 'bar' }, STRATEGIES.map((name) =>
+      html('fieldset', { class: 'card' }, html('legend', {}, 'Ways of steering compared'), html('div', { class: 'bar' }, choices.strategies.map(({ name }) =>
         this.#box(name, protocol.strategies.includes(name), (on) => {
-          const strategies = STRATEGIES.filter((each) => (each === name ? on : this.protocol.strategies.includes(each)))
+          const strategies = choices.strategies.map((each) => each.name).filter((each) => (each === name ? on : this.protocol.strategies.includes(each)))
           this.#change({ strategies })
         })))),
       html('div', { class: 'bar' },
         html('label', {}, 'Order', html('select', { onchange: (event) => this.#change({ order: event.target.value }) },
-          Object.entries(ORDERS).map(([value, words]) => html('option', { value, selected: value === protocol.order }, words)))),
+          choices.orders.map(({ name, title }) => html('option', { value: name, selected: name === protocol.order }, title)))),
         this.#number('Tries each', protocol.drives, 1, 20, (drives) => this.#change({ drives })),
         this.#number('Participants', protocol.participants ?? '', 1, 100000, (participants) => this.#change({ participants })),
         this.#number('Practice, s', protocol.practice_s, 0, 3600, (practice_s) => this.#change({ practice_s }))),

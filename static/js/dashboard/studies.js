@@ -4,7 +4,6 @@ import { newId } from '../ids.js'
 import { counted } from '../words.js'
 import { ROOT, api, attempt, keep, may, whoAmI } from './office.js'
 import { ProtocolEditor } from './protocol_editor.js'
-import { TEMPLATE } from './template.js'
 import { Watch } from './watch.js'
 
 const REFRESH_MS = 3000
@@ -19,14 +18,19 @@ let shown = ''
 
 const me = await whoAmI()
 button.hidden = !may(me, 'assistant')
-button.addEventListener('click', () => {
+button.addEventListener('click', async () => {
+  button.hidden = true
+  const choices = await attempt(() => api.get('choices'))
+  if (!choices) {
+    button.hidden = false
+    return
+  }
   const id = newId()
-  const editor = new ProtocolEditor(api, TEMPLATE)
+  const editor = new ProtocolEditor(api, choices, choices.template)
   const close = () => {
     desk.replaceChildren()
     button.hidden = false
   }
-  button.hidden = true
   desk.replaceChildren(html('section', { class: 'sheet-part', 'aria-label': 'A new study' },
     html('h2', { tabindex: -1 }, 'A new study'),
     editor.element,

@@ -39,9 +39,9 @@ async function toggle(state) {
 }
 
 async function edit() {
-  const study = await attempt(() => api.get(`studies/${id}`))
+  const [study, choices] = (await attempt(() => Promise.all([api.get(`studies/${id}`), api.get('choices')]))) ?? []
   if (!study) return
-  const editor = new ProtocolEditor(api, study.protocol)
+  const editor = new ProtocolEditor(api, choices, study.protocol)
   at('protocol').replaceChildren(
     study.is_frozen && html('p', { class: 'note' }, `People take part under version ${study.version}. What you change becomes version ${study.version + 1}, for those who come after.`),
     editor.element,
