@@ -16,71 +16,86 @@ class Settings(BaseSettings):
 
     model_config = SettingsConfigDict(env_prefix="JOYMAP_", extra="forbid")
 
-    host: str = Field("127.0.0.1", description="Address to listen on.")
-    port: int = Field(8000, ge=0, le=65535, description="Port to listen on.")
+    host: str = Field(default="127.0.0.1", description="Address to listen on.")
+    port: int = Field(default=8000, ge=0, le=65535, description="Port to listen on.")
     public_url: str | None = Field(
-        None, description="Address people open, where it differs, such as https://lab.example."
+        default=None,
+        description="Address people open, where it differs, such as https://lab.example.",
     )
-    data_dir: Path = Field(ROOT / "data", description="Database, weights and the arm's pack.")
+    data_dir: Path = Field(
+        default=ROOT / "data", description="Database, weights and the arm's pack."
+    )
     panda_dir: Path | None = Field(
-        None, description="The arm's asset pack; by default the folder panda in data_dir."
+        default=None, description="The arm's asset pack; by default the folder panda in data_dir."
     )
-    task: str = Field("plane", description="The task that new participants label and drive.")
+    task: str = Field(
+        default="plane", description="The task that new participants label and drive."
+    )
     drive_limit_s: PositiveFloat | None = Field(
-        None, description="A drive of a task that has an end is over after this long, in seconds."
+        default=None,
+        description="A drive of a task that has an end is over after this long, in seconds.",
     )
     drive_waits_s: PositiveFloat = Field(
-        5.0, description="A drive whose page is gone waits so long for it to come back, in seconds."
+        default=5.0,
+        description="A drive whose page is gone waits so long for it to come back, in seconds.",
     )
     auto_grasp: bool = Field(
-        False, description="The hand grasps by itself once it is where it can."
+        default=False, description="The hand grasps by itself once it is where it can."
     )
     arrows: Literal["off", "on", "switch"] = Field(
-        "switch",
+        default="switch",
         description="Arrows at the hand show where each stick direction would lead: never, always, "
         "or as the person likes, off at first.",
     )
     labels_wanted: PositiveInt = Field(
-        7, description="Labelled moves before training starts; at most so many if designed."
+        default=7, description="Labelled moves before training starts; at most so many if designed."
     )
     queries: Literal["random", "designed"] = Field(
-        "random", description="Moves to label: drawn at random, or chosen so that few suffice."
+        default="random",
+        description="Moves to label: drawn at random, or chosen so that few suffice.",
     )
     enough_error: PositiveFloat = Field(
-        0.1,
+        default=0.1,
         description="With designed queries, labels are enough once the expected error of a move, "
         "over its length, is below this.",
     )
-    practice_s: PositiveFloat = Field(60.0, description="Time offered to practise, in seconds.")
-    teleop_rate_hz: PositiveFloat = Field(60.0, description="Ticks of the control loop a second.")
+    practice_s: PositiveFloat = Field(
+        default=60.0, description="Time offered to practise, in seconds."
+    )
+    teleop_rate_hz: PositiveFloat = Field(
+        default=60.0, description="Ticks of the control loop a second."
+    )
     speed: float = Field(
-        1.0,
+        default=1.0,
         ge=0.1,
         le=20.0,
         description="How much faster than real the arm's time goes: for simulated participants.",
     )
     same_strategy: str | None = Field(
-        None,
+        default=None,
         description="Everybody drives under this strategy, whatever theirs is called: a study that "
         "should find no difference (an A/A test).",
     )
     silence_s: PositiveFloat = Field(
-        0.25, description="A stick not heard of for this long lets the arm hold, in seconds."
+        default=0.25,
+        description="A stick not heard of for this long lets the arm hold, in seconds.",
     )
     record_chunk_s: PositiveFloat = Field(
-        0.5, description="Samples of a drive are stored at least this often, in seconds."
+        default=0.5, description="Samples of a drive are stored at least this often, in seconds."
     )
     session_idle_s: PositiveFloat = Field(
-        60.0, description="A scene nobody looks at is closed after this long, in seconds."
+        default=60.0, description="A scene nobody looks at is closed after this long, in seconds."
     )
-    training_workers: PositiveInt = Field(1, description="Processes that train alignments.")
+    training_workers: PositiveInt = Field(default=1, description="Processes that train alignments.")
     training_steps: PositiveInt | None = Field(
-        None, description="Steps of the optimiser; by default the learning core's own."
+        default=None, description="Steps of the optimiser; by default the learning core's own."
     )
-    unlabelled_states: PositiveInt = Field(1000, description="N of the paper's Step 4.")
-    max_body_bytes: PositiveInt = Field(1 << 20, description="Largest request body, in bytes.")
+    unlabelled_states: PositiveInt = Field(default=1000, description="N of the paper's Step 4.")
+    max_body_bytes: PositiveInt = Field(
+        default=1 << 20, description="Largest request body, in bytes."
+    )
     max_message_bytes: PositiveInt = Field(
-        1 << 14, description="Largest websocket message from a page, in bytes."
+        default=1 << 14, description="Largest websocket message from a page, in bytes."
     )
 
     @property

@@ -1,7 +1,9 @@
 """How Alembic reaches the database: the address comes from the caller, the tables from the app."""
 
+from typing import Any
+
 from alembic import context
-from sqlalchemy import create_engine, event
+from sqlalchemy import Connection, create_engine, event
 
 from app.storage.tables import Row
 
@@ -13,11 +15,11 @@ def run() -> None:
 
     # The driver would otherwise commit each statement of a migration on its own.
     @event.listens_for(engine, "connect")
-    def _connect(connection, _record) -> None:
+    def _connect(connection: Any, _record: Any) -> None:
         connection.isolation_level = None
 
     @event.listens_for(engine, "begin")
-    def _begin(connection) -> None:
+    def _begin(connection: Connection) -> None:
         connection.exec_driver_sql("BEGIN IMMEDIATE")
 
     with engine.connect() as connection:

@@ -133,7 +133,8 @@ class Participant:
         )
 
     def session(self) -> dict[str, Any]:
-        return self.http.get("session").raise_for_status().json()
+        session: dict[str, Any] = self.http.get("session").raise_for_status().json()
+        return session
 
     def post(self, path: str, **body: Any) -> httpx.Response:
         return self.http.post(path, content=json.dumps({"id": str(uuid.uuid4())} | body))
@@ -142,7 +143,8 @@ class Participant:
         """Consent and practice, up to the questions."""
         consent = self.session()["consent"]
         self.post("consent", version=consent["version"]).raise_for_status()
-        return self.post("practice").raise_for_status().json()
+        session: dict[str, Any] = self.post("practice").raise_for_status().json()
+        return session
 
     def answer(self, query_id: str, h: Any, **body: Any) -> httpx.Response:
         return self.post("answers", query_id=query_id, h=h, thinking_time_s=1.0, **body)
@@ -150,7 +152,7 @@ class Participant:
     def wait_for_training(self, limit_s: float = 60.0) -> dict[str, Any]:
         deadline = time.monotonic() + limit_s
         while time.monotonic() < deadline:
-            status = self.http.get("training").raise_for_status().json()
+            status: dict[str, Any] = self.http.get("training").raise_for_status().json()
             if status["state"] in ("succeeded", "failed"):
                 return status
             time.sleep(0.01)

@@ -25,7 +25,8 @@ ROOT = Path(__file__).resolve().parents[1]
 
 def instructions() -> list[tuple[str, str]]:
     lines = (ROOT / "Dockerfile").read_text().splitlines()
-    return [tuple(line.split(" ", 1)) for line in lines if line and not line.startswith("#")]
+    found = [line.partition(" ") for line in lines if line and not line.startswith("#")]
+    return [(name, rest) for name, _, rest in found]
 
 
 def test_it_has_two_stages_a_user_and_a_health_check() -> None:
@@ -64,9 +65,9 @@ def test_its_install_and_start_lines_run_in_a_clean_environment(tmp_path: Path) 
             command = json.loads(rest)
         elif name == "HEALTHCHECK":
             check = json.loads(rest[rest.index("[") :])
-    listed = [work / ".venv/bin/pip", "list", "--format=json", "--exclude-editable"]
-    output = subprocess.run(listed, env=environment, check=True, capture_output=True).stdout
-    installed = {package["name"] for package in json.loads(output)} - {"pip", "setuptools"}
+    listed = [str(work / ".venv/bin/pip"), "list", "--format=json", "--exclude-editable"]
+    packages = subprocess.run(listed, env=environment, check=True, capture_output=True).stdout
+    installed = {package["name"] for package in json.loads(packages)} - {"pip", "setuptools"}
     assert installed == set(locked_packages.names())
     # The one thing changed: tests listen on the loopback address, at a free port.
     environment |= {"JOYMAP_HOST": "127.0.0.1", "JOYMAP_PORT": str(port)}

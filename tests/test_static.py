@@ -9,7 +9,7 @@ import pytest
 
 from app import texts
 from app.services import drives
-from models.alignment import STRATEGIES
+from models.strategies import STRATEGIES
 from models.tasks import TASKS
 
 ROOT = Path(__file__).resolve().parents[1]

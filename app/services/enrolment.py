@@ -13,6 +13,7 @@ from datetime import UTC, datetime, timedelta
 from sqlalchemy.orm import Session
 
 from app.errors import IdReused, JoymapError, UnknownLink
+from app.schemas.protocol import Protocol
 from app.services import counterbalancing, flow, protocols
 from app.settings import Settings
 from app.storage import participants, studies
@@ -338,5 +339,5 @@ def _undriven(people: Iterable[ParticipantRow], first_block: int) -> list[Partic
     return [person for person in people if person.place < first_block]
 
 
-def _cells(protocol: protocols.Protocol) -> int:
+def _cells(protocol: Protocol) -> int:
     return len(counterbalancing.orders(protocol.order, protocol.strategies))

@@ -1,6 +1,7 @@
 """touching: every recorded tick says whether the arm touched the obstacle."""
 
 import zlib
+from collections.abc import Callable
 
 import numpy as np
 import sqlalchemy as sa
@@ -26,12 +27,12 @@ def downgrade() -> None:
     _rewrite(_BEFORE + 1, lambda rows: rows[:, :-1])
 
 
-def _rewrite(columns, change) -> None:
+def _rewrite(columns: int, change: Callable[[np.ndarray], np.ndarray]) -> None:
     db = op.get_bind()
     ids = [row.id for row in db.execute(sa.select(_CHUNKS.c.id))]
     for chunk in ids:
         where = _CHUNKS.c.id == chunk
-        samples = db.scalar(sa.select(_CHUNKS.c.samples).where(where))
+        samples = db.scalars(sa.select(_CHUNKS.c.samples).where(where)).one()
         rows = np.frombuffer(zlib.decompress(samples), dtype="<f8").reshape(-1, columns)
         changed = np.ascontiguousarray(change(rows), dtype="<f8")
         packed = zlib.compress(changed.tobytes(), level=1)

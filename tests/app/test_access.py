@@ -169,7 +169,7 @@ def everybody(db: Session) -> dict[str, dict[str, str]]:
     owner, login = account(db, "owner")
     found["owner"] = cookie(login)
     for role in ("viewer", "assistant"):
-        found[role] = cookie(account(db, role, owner.id)[1])  # type: ignore[arg-type]
+        found[role] = cookie(account(db, role, owner.id)[1])
     for scope in ("read", "write"):
         found[f"{scope} key"] = bearer(key(db, owner, scope)[0])
     expired, row = key(db, owner, "write")

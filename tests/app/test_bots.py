@@ -170,7 +170,8 @@ def test_whoever_adapts_learns_what_the_stick_really_does() -> None:
         place, rng, misses = np.array([0.5, 0.0, 0.3]), np.random.default_rng(2), []
         hands: list[HandPose] = []
         for tick in range(900):
-            wanted = rng.normal(size=2) * 0.1 if tick % 30 == 0 else wanted
+            if tick % 30 == 0:
+                wanted = rng.normal(size=2) * 0.1
             hands.append(HandPose(place.copy(), np.eye(3)))
             seen = hands[max(0, tick - 6)]  # a reaction time ago
             h = person.push(task, _always(wanted), seen, tick / 30, 1 / 30)
@@ -191,8 +192,8 @@ def test_who_knows_of_the_delay_stops_where_they_want_to(speed: float) -> None:
     place, goal, hands = np.array([0.4, 0.0, 0.3]), np.array([0.55, 0.0]), list[HandPose]()
 
     def wish(hand: HandPose) -> np.ndarray:
-        way: np.ndarray = 6.0 * (goal - hand.position[:2])
-        return np.clip(way, -0.15, 0.15)
+        way: np.ndarray = np.clip(6.0 * (goal - hand.position[:2]), -0.15, 0.15)
+        return way
 
     farthest = 0.0
     for tick in range(300):
@@ -239,7 +240,7 @@ class CutOff:
 def test_a_try_that_was_cut_off_is_not_waited_for() -> None:
     person = Person(axes(), Habits(), np.random.default_rng(0))
     visit = Visit("http://x/p/t", person, Manners(), speed=50.0)
-    steering = visit._steer(CutOff(), get_task("avoid"), "d", visit._now_s(), np.inf)  # type: ignore[arg-type]
+    steering = visit._steer(CutOff(), get_task("avoid"), {}, "d", visit._now_s(), np.inf)  # type: ignore[arg-type]
     with pytest.raises(_Cut):
         asyncio.run(asyncio.wait_for(steering, 10.0))
 

@@ -18,11 +18,15 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
+from websockets.sync.connection import Connection
+from websockets.typing import Origin, Subprotocol
 
 from app.storage.database import make_engine
 from app.storage.tables import AlignmentRow, AnswerRow, DriveRow, JobRow, SampleChunkRow
 from app.storage.ticks import COLUMNS, unpack
 from tests.running_server import Participant, RunningServer, running_server
+
+VISER = Subprotocol("viser-v1.1.1")
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +62,7 @@ def live(participant: Participant, tab: str | None = None, **options: Any) -> Cl
     return connect(f"{address}/live?tab={tab or uuid.uuid4()}", **options)
 
 
-def hear(socket: ClientConnection, kind: str, limit_s: float = 5.0, **wanted: Any) -> Any:
+def hear(socket: Connection, kind: str, limit_s: float = 5.0, **wanted: Any) -> Any:
     """The next message of a kind with these contents."""
     deadline = time.monotonic() + limit_s
     while time.monotonic() < deadline:
@@ -68,7 +72,7 @@ def hear(socket: ClientConnection, kind: str, limit_s: float = 5.0, **wanted: An
     raise AssertionError(f"nothing of {kind} {wanted} was heard")
 
 
-def now(socket: ClientConnection) -> Any:
+def now(socket: Connection) -> Any:
     """What the arm is doing now: the first status after all that was said before."""
     with contextlib.suppress(TimeoutError):
         while True:
@@ -76,7 +80,7 @@ def now(socket: ClientConnection) -> Any:
     return hear(socket, "status")
 
 
-def steer(socket: ClientConnection, x: float, y: float, seconds: float) -> None:
+def steer(socket: Connection, x: float, y: float, seconds: float) -> None:
     for seq in range(round(seconds * 30)):
         socket.send(json.dumps({"type": "stick", "seq": seq, "x": x, "y": y}))
         time.sleep(1 / 30)
@@ -190,9 +194,9 @@ def test_a_message_too_long_ends_the_connection_and_not_the_server(driver: Parti
 def test_a_websocket_from_another_site_is_refused(driver: Participant, path: str) -> None:
     address = driver.link.replace("http", "ws", 1)
     with pytest.raises(InvalidStatus, match="403"):
-        connect(f"{address}/{path}", origin="http://evil.example", subprotocols=["viser-v1.1.1"])
+        connect(f"{address}/{path}", origin=Origin("http://evil.example"), subprotocols=[VISER])
     own = "/".join(driver.link.split("/")[:3])
-    with connect(f"{address}/{path}", origin=own, subprotocols=["viser-v1.1.1"]):
+    with connect(f"{address}/{path}", origin=Origin(own), subprotocols=[VISER]):
         pass
 
 
@@ -200,13 +204,13 @@ def test_a_websocket_from_another_site_is_refused(driver: Participant, path: str
 def test_a_websocket_with_an_unknown_link_is_refused(server: RunningServer, path: str) -> None:
     address = server.base_url.replace("http", "ws", 1)
     with pytest.raises(InvalidStatus, match=r"403|404"):
-        connect(f"{address}/p/nobody/{path}", subprotocols=["viser-v1.1.1"])
+        connect(f"{address}/p/nobody/{path}", subprotocols=[VISER])
 
 
 def test_a_scene_page_of_another_version_is_sent_away(driver: Participant) -> None:
     address = driver.link.replace("http", "ws", 1)
     with pytest.raises(InvalidStatus):
-        connect(f"{address}/scene", subprotocols=["viser-v0.0.1"])
+        connect(f"{address}/scene", subprotocols=[Subprotocol("viser-v0.0.1")])
 
 
 def test_the_stick_says_nothing_before_the_training(server: RunningServer) -> None:
@@ -224,7 +228,7 @@ def test_the_stick_says_nothing_before_the_training(server: RunningServer) -> No
 
 def test_what_a_scene_page_sends_is_dropped(driver: Participant, server: RunningServer) -> None:
     address = driver.link.replace("http", "ws", 1)
-    with connect(f"{address}/scene", subprotocols=["viser-v1.1.1"], max_size=None) as scene:
+    with connect(f"{address}/scene", subprotocols=[VISER], max_size=None) as scene:
         assert len(scene.recv(timeout=5)) > 1000
         for junk in (b"", b"\xff" * 100, "text"):
             scene.send(junk)

@@ -6,7 +6,7 @@ import pytest
 
 from app import texts
 from app.schemas.protocol import Protocol
-from models.alignment import STRATEGIES
+from models.strategies import STRATEGIES
 from models.tasks import TASKS
 from models.tasks.attempt import NoGrasp
 

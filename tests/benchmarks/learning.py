@@ -11,8 +11,9 @@ from functools import cache
 import numpy as np
 from rich.progress import track
 
+from app.texts import title_of
 from models.checkpoints import load_controller
-from models.controller import LatentController
+from models.controller import AutoencoderController, LatentController
 from models.experiment import PAPER_LABELS, PAPER_TASKS, PAPER_UNLABELLED
 from models.fitting import FitProblem, Labels
 from models.kinematics import Kinematics
@@ -24,7 +25,7 @@ from models.simulated_human import SimulatedHuman, sensitivity
 from models.strategies import get_strategy
 from models.task_space import fit_task_space, survey
 from models.tasks import Task, get_task
-from models.training import TrainingSettings, settings_for
+from models.training import NetworkMethod, TrainingSettings, settings_for
 
 FITS = 7
 REFITS = 30
@@ -44,7 +45,7 @@ def rows() -> Iterator[Row]:
         yield f"training {strategy}, ratio", f"{slow / np.median(fast):.0f} ×", "", aim
     for task in PAPER_TASKS:
         refits_ms = 1000 * np.array(refit_times(task))
-        what = f"task-space refit, {get_task(task).title}, {PAPER_LABELS[task]} labels"
+        what = f"task-space refit, {title_of(task)}, {PAPER_LABELS[task]} labels"
         yield what, f"{np.median(refits_ms):.0f} ms", f"{refits_ms.max():.0f} ms", "≤ 20 ms"
     yield "the paper's grid, on every core", f"{grid_time() / 60:.1f} min", "", "≤ 10 min"
 
@@ -76,17 +77,20 @@ def training_times(strategy: str) -> tuple[list[float], float]:
     """Fast fits, and one straightforward fit worked out from its first steps, in [s]."""
     lab = _lab("plane")
     method = get_strategy(strategy).method
+    assert isinstance(method, NetworkMethod)
+    assert isinstance(lab.controller, AutoencoderController)
     problem = FitProblem(lab.task, lab.kinematics, lab.controller, lab.labels, lab.pool)
     fast = []
     for seed in track(range(FITS), description=f"fits of {strategy}"):
         began_s = time.perf_counter()
         method.fit(problem, seed)
         fast.append(time.perf_counter() - began_s)
-    everything = (lab.controller, lab.kinematics, lab.task, lab.labels, lab.pool)
     few, steps = TrainingSettings(steps=REFERENCE_STEPS), settings_for(lab.task).steps
     for _ in range(2):  # the first time warms up
         began_s = time.perf_counter()
-        fit_reference(method.weights, *everything, few, 1)
+        fit_reference(
+            method.weights, lab.controller, lab.kinematics, lab.task, lab.labels, lab.pool, few, 1
+        )
         slow = (time.perf_counter() - began_s) / REFERENCE_STEPS * steps
     return fast, slow
 

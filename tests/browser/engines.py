@@ -20,7 +20,8 @@ from typing import Any
 
 import httpx
 from playwright.sync_api import Browser, Page
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import connect
+from websockets.sync.connection import Connection
 
 START_LIMIT_S = 60.0
 HALF_WAY_MS = 100
@@ -85,7 +86,7 @@ class ChromiumTab(Tab):
 class FirefoxTab(Tab):
     """Firefox by WebDriver BiDi: commands over a websocket, answered one by one."""
 
-    def __init__(self, line: ClientConnection) -> None:
+    def __init__(self, line: Connection) -> None:
         self._line = line
         self._sent = 0
         self._send("session.new", capabilities={})

@@ -35,7 +35,7 @@ def check(page: Page, where: str) -> None:
         page.set_viewport_size(viewport)  # type: ignore[arg-type]
         wide = page.evaluate("document.documentElement.scrollWidth")
         assert wide <= viewport["width"], f"{where}: {wide} px"
-    page.set_viewport_size(LAPTOP)  # type: ignore[arg-type]
+    page.set_viewport_size(LAPTOP)
 
 
 def test_every_page_of_a_study_is_accessible(browser: Browser, server: RunningServer) -> None:

@@ -11,7 +11,7 @@ from tests.running_server import running_server
 
 
 def opened(browser: Browser, errors: list[str]) -> Page:
-    page = browser.new_context(viewport=LAPTOP).new_page()  # type: ignore[arg-type]
+    page = browser.new_context(viewport=LAPTOP).new_page()
     page.on("pageerror", lambda error: errors.append(str(error)))
     return page
 
@@ -83,7 +83,7 @@ def test_an_owner_invites_makes_a_key_and_ends_a_login(browser: Browser, tmp_pat
 
         owner.locator("body[data-ready='true']").wait_for()
         assert_accessible(owner)
-        owner.set_viewport_size(PHONE)  # type: ignore[arg-type]
+        owner.set_viewport_size(PHONE)
         wide = owner.evaluate("document.documentElement.scrollWidth - innerWidth")
         assert wide <= 0
         assert errors == []

@@ -25,7 +25,7 @@ from models.fitting import AlignmentContext
 from models.kinematics import Kinematics
 from models.mapping import Mapping
 from models.panda_pack import PandaPack, default_folder, open_pack
-from models.preferences import mirrored, rotated
+from models.preferences import Preference, mirrored, rotated
 from models.queries import sample_pool
 from models.simulated_human import SimulatedHuman, sensitivity
 from models.tasks import get_task
@@ -49,7 +49,7 @@ class Arm:
     states: np.ndarray  # over the workspace
     kappa: np.ndarray
 
-    def person(self, preference: np.ndarray) -> SimulatedHuman:
+    def person(self, preference: Preference) -> SimulatedHuman:
         return SimulatedHuman(TASK, preference, self.kappa)
 
     def error_over_workspace_deg(self, mapping: Mapping, person: SimulatedHuman) -> float:

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Generator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, expect
@@ -11,7 +12,7 @@ from tests.browser.study_visitor import go_to, make_study
 from tests.browser.visitor import PHONE, Visitor, sign_up
 from tests.running_server import Participant, RunningServer, running_server
 
-HALF_PIXELS = {"device_scale_factor": 0.5}
+HALF_PIXELS: dict[str, Any] = {"device_scale_factor": 0.5}
 
 
 @pytest.fixture

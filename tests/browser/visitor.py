@@ -5,12 +5,12 @@ import re
 import time
 from typing import Any
 
-from playwright.sync_api import Browser, Page, WebSocket
+from playwright.sync_api import Browser, Page, ViewportSize, WebSocket
 
 from tests.running_server import RunningServer
 
-LAPTOP = {"width": 1280, "height": 800}
-PHONE = {"width": 390, "height": 844}
+LAPTOP: ViewportSize = {"width": 1280, "height": 800}
+PHONE: ViewportSize = {"width": 390, "height": 844}
 
 # In the picture's frame: viser's page is not run, and the page around is told that it is there.
 _NO_PICTURE = """

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
+from models.beads import rotation_matrix
 from models.kinematics import Kinematics
 from models.panda import QD_MAX
 from models.panda_pack import PandaPack
@@ -63,7 +64,7 @@ def distance(sim: Simulation, some: list[int], others: list[int]) -> float:
     """How far apart they are, in [m]; negative: how deep in each other."""
     mujoco.mj_kinematics(sim._mj_model, sim._mj_data)
     return min(
-        mujoco.mj_geomDistance(sim._mj_model, sim._mj_data, one, other, 0.2, None)
+        float(mujoco.mj_geomDistance(sim._mj_model, sim._mj_data, one, other, 0.2, None))
         for one in some
         for other in others
     )
@@ -72,11 +73,10 @@ def distance(sim: Simulation, some: list[int], others: list[int]) -> float:
 def cup_in_hand(sim: Simulation) -> tuple[np.ndarray, np.ndarray]:
     """The cup's position in the hand frame and its axis there."""
     mujoco.mj_kinematics(sim._mj_model, sim._mj_data)
-    hand, cup = np.empty(9), np.empty(9)
-    mujoco.mju_quat2Mat(hand, sim.hand.wxyz)
-    mujoco.mju_quat2Mat(cup, sim.cup.wxyz)
-    hand = hand.reshape(3, 3)
-    return hand.T @ (sim.cup.position - sim.hand.position), hand.T @ cup.reshape(3, 3)[:, 2]
+    assert sim.cup is not None
+    to_hand = rotation_matrix(sim.hand.wxyz).T
+    axis = rotation_matrix(sim.cup.wxyz)[:, 2]
+    return to_hand @ (sim.cup.position - sim.hand.position), to_hand @ axis
 
 
 def put_beads(sim: Simulation, places: np.ndarray) -> None:
@@ -90,6 +90,8 @@ def hand_geoms(sim: Simulation) -> list[int]:
 
 def over_the_handle(sim: Simulation, kinematics: Kinematics, away_m: float) -> None:
     """Put the hand where it would hold the standing cup, or so far over that."""
+    assert STANDING.cup is not None
+    assert STANDING.cup.place is not None
     place = np.array([*STANDING.cup.place, 0.0])
     goal = place + np.array([-CUP.in_hand[0], 0.0, CUP.in_hand[2] + away_m])
     q = START.copy()

@@ -86,7 +86,9 @@ def test_losses_and_gradient_are_those_of_automatic_differentiation(
 ):
     parameters = AlignmentParameters.random(HIDDEN, np.float64, rng)
     gradient = AlignmentParameters.zeros(HIDDEN, np.float64)
-    terms = losses(parameters, gradient, *problem, WEIGHTS, supervised_form, consistency_form)
+    terms = losses(
+        parameters, gradient, problem[0], problem[1], WEIGHTS, supervised_form, consistency_form
+    )
     expected, expected_gradient = by_torch(parameters, problem, supervised_form, consistency_form)
     assert terms == pytest.approx(expected, rel=1e-12)
     assert_allclose(gradient.vector, expected_gradient, atol=1e-12)
@@ -107,10 +109,10 @@ def test_each_prior_alone_has_the_right_gradient(problem, rng):
         def total(step, alone=alone, name=name):
             moved = AlignmentParameters(parameters.vector + step * direction, HIDDEN)
             scratch = AlignmentParameters.zeros(HIDDEN, np.float64)
-            terms = losses(moved, scratch, *problem, alone, "unsquared", "scale-free")
+            terms = losses(moved, scratch, problem[0], problem[1], alone, "unsquared", "scale-free")
             return terms["supervised"] + terms[name]
 
-        losses(parameters, gradient, *problem, alone, "unsquared", "scale-free")
+        losses(parameters, gradient, problem[0], problem[1], alone, "unsquared", "scale-free")
         slope = (total(1e-6) - total(-1e-6)) / 2e-6
         assert slope == pytest.approx(gradient.vector @ direction, rel=1e-5)
 

@@ -92,7 +92,9 @@ def test_the_ready_pose_points_down(kinematics):
 
 def test_the_limits_are_those_of_the_urdf(pack):
     joints = {joint.get("name"): joint for joint in ElementTree.parse(pack.urdf).iter("joint")}
-    limits = [joints[name].find("limit").attrib for name in JOINT_NAMES]
+    found = [joints[name].find("limit") for name in JOINT_NAMES]
+    limits = [limit.attrib for limit in found if limit is not None]
+    assert len(limits) == len(JOINT_NAMES)
     assert_allclose([float(limit["lower"]) for limit in limits], Q_MIN)
     assert_allclose([float(limit["upper"]) for limit in limits], Q_MAX)
     assert_allclose([float(limit["velocity"]) for limit in limits], QD_MAX)

@@ -6,7 +6,7 @@ import pytest
 from models.errors import InputError
 from models.panda import FINGER_OPEN_M
 from models.props import HANDLE_SIZE_M, Beads, Bowl, Cup, Obstacle, Props
-from models.simulation import GRASP_REACH_M, Simulation
+from models.simulation import GRASP_REACH_M, HandState, Simulation
 from tests.models.hand_driving import (
     BEADS,
     CUP,
@@ -201,21 +201,26 @@ def test_a_cup_out_of_reach_is_not_grasped_and_nothing_changes(pack, kinematics)
     assert sim._mj_data.qpos[7:9] == pytest.approx([FINGER_OPEN_M] * 2, abs=1e-3)
 
 
+def cup_of(sim: Simulation) -> HandState:
+    assert sim.cup is not None
+    return sim.cup
+
+
 @pytest.mark.parametrize("away_m", [0.0, GRASP_REACH_M - 0.01])
 def test_a_grasped_cup_does_not_jump_and_comes_along(pack, kinematics, away_m):
     sim, other = Simulation(pack, STANDING), Simulation(pack, STANDING)
     over_the_handle(sim, kinematics, away_m)
     wait(sim, 0.5)
-    before, placed = cup_in_hand(sim), sim.cup.position
+    before, placed = cup_in_hand(sim), cup_of(sim).position
     assert sim.grasp()
     assert sim.is_holding
     assert sim.grasp()
     wait(sim, 1.0)
-    assert sim.cup.position == pytest.approx(placed, abs=1e-3)
+    assert cup_of(sim).position == pytest.approx(placed, abs=1e-3)
     assert sim._mj_data.qpos[7:9] == pytest.approx([HANDLE_SIZE_M[1] / 2] * 2, abs=1e-3)
     run(drive(sim, kinematics, np.array([0.0, 0.0, 0.2]), np.zeros(3), 1.0))
     wait(sim, 0.5)
-    assert sim.cup.position[2] > 0.15
+    assert cup_of(sim).position[2] > 0.15
     for now, then in zip(cup_in_hand(sim), before, strict=True):
         assert now == pytest.approx(then, abs=1e-3)
     assert sim.beads_in_cup == 20
@@ -224,12 +229,12 @@ def test_a_grasped_cup_does_not_jump_and_comes_along(pack, kinematics, away_m):
     assert not other.is_holding
     assert other.grasp()
     wait(other, 0.3)
-    assert other.cup.position == pytest.approx([0.55, 0.1, 0.0], abs=1e-3)
+    assert cup_of(other).position == pytest.approx([0.55, 0.1, 0.0], abs=1e-3)
     wait(sim, 0.3)
     assert cup_in_hand(sim)[0] == pytest.approx(before[0], abs=1e-3)
     sim.reset(START)
     assert not sim.is_holding
-    assert sim.cup.position == pytest.approx([0.55, 0.1, 0.0], abs=1e-9)
+    assert cup_of(sim).position == pytest.approx([0.55, 0.1, 0.0], abs=1e-9)
 
 
 def test_the_hand_passes_through_the_cup_that_it_may_grasp(pack, kinematics):
@@ -237,7 +242,7 @@ def test_the_hand_passes_through_the_cup_that_it_may_grasp(pack, kinematics):
     over_the_handle(sim, kinematics, 0.0)
     run(drive(sim, kinematics, np.array([0.1, 0.0, 0.0]), np.zeros(3), 0.5))
     assert distance(sim, geoms(sim, "cup"), hand_geoms(sim)) < -0.005
-    assert sim.cup.position == pytest.approx([0.55, 0.1, 0.0], abs=1e-3)
+    assert cup_of(sim).position == pytest.approx([0.55, 0.1, 0.0], abs=1e-3)
     assert sim.grasp()
 
 
@@ -270,4 +275,4 @@ def test_after_a_reset_the_same_drive_is_the_same_to_the_bit(pack, kinematics, p
         sim.grasp()
         run(drive(sim, kinematics, np.array([0.2, 0.1, -0.1]), np.array([0.5, 0.0, 0.0]), 1.5))
         ends.append(np.concatenate([sim._mj_data.qpos, sim._mj_data.qvel]))
-    assert np.array_equal(*ends)
+    assert np.array_equal(ends[0], ends[1])

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pytest
@@ -147,7 +148,7 @@ def scores_of(evidence, is_polar, exponent, skew, drift):
 )
 def test_the_reading_is_the_likeliest_after_its_cost(person, is_polar):
     evidence = PEOPLE[person]
-    best = -np.inf, None, None
+    best: tuple[Any, Any, Any] = -np.inf, None, None
     for forms in product(EXPONENTS, SKEW_COSTS, DRIFT_COSTS):
         scores, mirrored = scores_of(evidence, is_polar, *forms)
         at = int(np.argmax(scores))

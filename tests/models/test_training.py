@@ -11,7 +11,7 @@ from models.checkpoints import load_controller
 from models.errors import InputError, ShapeError, TooFewLabelsError
 from models.evaluation import direction_error_deg
 from models.fast_loss import AlignmentParameters, losses
-from models.fitting import FitProblem, Labels
+from models.fitting import FitProblem, Labels, Progress
 from models.mapping import Mapping
 from models.priors import PriorWeights
 from models.queries import sample_pool
@@ -45,7 +45,9 @@ def fit(person):
 
 
 def weights_of(strategy):
-    return get_strategy(strategy).method.weights
+    method = get_strategy(strategy).method
+    assert isinstance(method, NetworkMethod)
+    return method.weights
 
 
 def numbers_of(fitted):
@@ -90,14 +92,14 @@ def test_training_improves_every_loss_that_it_is_about(person):
 
 
 def test_without_priors_the_answers_are_met_and_nothing_else_is_asked(fit):
-    told = []
+    told: list[Progress] = []
     fit("no-priors", TrainingSettings(), report=told)
     assert all(list(progress.losses) == ["supervised"] for progress in told)
     assert told[-1].losses["supervised"] < 0.1
 
 
 def test_progress_is_told_from_the_first_step_to_the_last(fit):
-    told = []
+    told: list[Progress] = []
     fit("all-priors", TrainingSettings(steps=130), report=told)
     assert [progress.step for progress in told] == [1, *range(2, 131, 2)]
     assert told[-1].fraction == 1.0

@@ -145,6 +145,7 @@ class Watch:
         ]
         if self._props.cup is not None:
             cup = self._simulation.cup
+            assert cup is not None
             in_cup = in_frame(beads, cup.position, cup.wxyz)
             frames.append((in_cup, self._props.cup.radius_m, self._props.cup.height_m))
         return frames

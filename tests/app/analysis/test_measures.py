@@ -65,7 +65,7 @@ def test_evenness_is_one_for_all_directions_and_none_for_one() -> None:
 def test_the_heat_map_shows_where_the_stick_was() -> None:
     rows = drive((1.0, 1.0, 0.0), (3.0, 0.0, -1.0), (2.0, 0.0, 0.0))
     shares = heat_map({name: rows[:, index] for name, index in AT.items()}, Thresholds(bins=3))
-    assert_allclose(shares, [[0, 0, 0], [0.75, 0, 0], [0, 0.25, 0]])
+    assert_allclose(shares, np.array([[0, 0, 0], [0.75, 0, 0], [0, 0.25, 0]]))
 
 
 def test_what_the_task_counted_is_in_the_row() -> None:

@@ -97,8 +97,9 @@ def test_the_picture_has_the_curve_its_band_and_what_is_wanted() -> None:
     found = [Power(8, 200, 148), Power(10, 200, 172)]
     (panel,) = power_figure(found, 0.8, "all-priors", "Go round").axes
     curve, wanted = panel.lines
-    assert curve.get_xydata().tolist() == [[8, 0.74], [10, 0.86]]
-    assert set(wanted.get_ydata()) == {0.8}
+    assert np.array(curve.get_xydata()).tolist() == [[8, 0.74], [10, 0.86]]
+    assert set(np.array(wanted.get_ydata())) == {0.8}
     (band,) = panel.collections
-    low, high = band.get_paths()[0].vertices[:, 1].min(), band.get_paths()[0].vertices[:, 1].max()
+    heights = np.array(band.get_paths()[0].vertices)[:, 1]
+    low, high = heights.min(), heights.max()
     assert (low, high) == pytest.approx((found[0].interval[0], found[1].interval[1]))

@@ -91,8 +91,10 @@ def test_labels_are_drawn_with_a_line_for_each_method_and_choice_of_questions() 
     lines = {str(line.get_label()): line for line in panel.lines}
     assert len(lines) == 6
     designed = lines["task-space, designed"]
-    assert list(designed.get_xdata()) == [3, 5, 8, 10, 20]
-    assert list(designed.get_ydata()) == pytest.approx([0.1 / k for k in (3, 5, 8, 10, 20)])
+    assert list(np.array(designed.get_xdata())) == [3, 5, 8, 10, 20]
+    assert list(np.array(designed.get_ydata())) == pytest.approx(
+        [0.1 / k for k in (3, 5, 8, 10, 20)]
+    )
     assert designed.get_linestyle() == "-"
     assert lines["task-space, random"].get_linestyle() == "--"
 

@@ -9,7 +9,7 @@ CELLS = [Cell("plane", "no-align", 0.0, seed, 10, 1000) for seed in range(6)]
 
 
 def test_a_cell_that_fails_is_named_and_leaves_the_others_alone(tmp_path: Path) -> None:
-    ended: list[Failure | None] = []
+    ended: list[Failure[Cell] | None] = []
     with open_journal(tmp_path, is_fresh=False) as journal:
         failures = run_cells(CELLS, journal.add, 2, ended.append, run_all_but_two)
         found = {cell: row.alignment_error for cell, row in journal.rows.items()}

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.patches import Rectangle
 
 from app.analysis import study_values as values
 from app.analysis.study_export import NotAnExport, StudyExport, read_export
@@ -184,7 +185,7 @@ def test_bars_are_as_high_as_the_means_and_points_are_people() -> None:
     export = make_study(people=4)
     (picture,) = [each for each in pictures_of(export) if each.name == "objective"]
     panel = picture.figure.axes[0]
-    heights = sorted(patch.get_height() for patch in panel.patches)
+    heights = sorted(bar.get_height() for bar in panel.patches if isinstance(bar, Rectangle))
     means = sorted(row["mean"] for row in summary(export) if row["measure"] == "completion_time_s")
     assert heights == pytest.approx(means)
     spots = [spot for marks in panel.collections for spot in offsets_of(marks)]
@@ -200,7 +201,7 @@ def test_tries_are_drawn_in_the_order_in_which_they_were_made() -> None:
     ]
     export = make_export(drives=drives)
     (picture,) = [each for each in pictures_of(export) if each.name == "tries"]
-    lines = [list(line.get_ydata()) for line in picture.figure.axes[0].lines]
+    lines = [list(np.array(line.get_ydata())) for line in picture.figure.axes[0].lines]
     assert lines == [[30.0, 20.0, 10.0], [20.0, 16.0], [25.0, 18.0, 10.0]]
     once = make_export(drives=[drives[0], drives[3]])
     assert "tries" not in [each.name for each in pictures_of(once)]

@@ -1,5 +1,7 @@
 """Touches and fillings told from a record as the tasks count them live."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -14,8 +16,8 @@ TICK_S = 1.0 / 60.0
 class Post(Simulation):
     """A post that is touched when it is told so."""
 
-    is_touching = False  # type: ignore[assignment]
-    hand = HandState(np.array([0.6, 0.0, 0.12]), np.array([1.0, 0.0, 0.0, 0.0]))  # type: ignore[assignment]
+    is_touching = False
+    hand = HandState(np.array([0.6, 0.0, 0.12]), np.array([1.0, 0.0, 0.0, 0.0]))
 
     def __init__(self) -> None: ...
 
@@ -30,7 +32,7 @@ def live(touching: np.ndarray) -> int:
     return int(attempt.touches)
 
 
-def recorded(touching: np.ndarray, begin_s: float = 50.0, late_s: float = 0.0) -> dict:
+def recorded(touching: np.ndarray, begin_s: float = 50.0, late_s: float = 0.0) -> dict[str, Any]:
     rng = np.random.default_rng(0)
     late = late_s * (rng.random(len(touching)) < 0.05)
     times = begin_s + np.cumsum(np.full(len(touching), TICK_S) + late)

@@ -24,7 +24,7 @@ from tests.app.factories import make_answer, make_participant
 
 PLANE = TaskProtocol(task="plane", labels=7)
 PATIENCE_S = 60.0
-Work = Callable[[TrainingOrder], TrainingOutcome | Future]
+Work = Callable[[TrainingOrder], TrainingOutcome | Future[TrainingOutcome]]
 
 
 def outcome_of(order: TrainingOrder) -> TrainingOutcome:
@@ -44,8 +44,8 @@ class FakePool:
 
     def schedule(
         self, function: Any, args: tuple[Any, ...] = (), timeout: float | None = None
-    ) -> Future:
-        future: Future = Future()
+    ) -> Future[TrainingOutcome]:
+        future: Future[Any] = Future()
         if function is worker.stand_by:
             future.set_result(None)
             return future
@@ -148,9 +148,9 @@ def test_trainings_are_carried_out_in_the_order_of_the_queue(office: Office) -> 
 def test_no_more_trainings_go_on_at_a_time_than_there_are_workers(office: Office) -> None:
     office.settings = office.settings.model_copy(update={"training_workers": 2})
     queued = [office.queue() for _ in range(3)]
-    going_on: dict[str, Future] = {}
+    going_on: dict[str, Future[TrainingOutcome]] = {}
 
-    def work(order: TrainingOrder) -> Future:
+    def work(order: TrainingOrder) -> Future[TrainingOutcome]:
         going_on[order.job_id] = Future()
         return going_on[order.job_id]
 
@@ -227,7 +227,7 @@ def test_a_pool_that_broke_is_replaced(office: Office) -> None:
 
 def test_what_a_worker_writes_of_its_progress_is_kept(office: Office) -> None:
     job_id = office.queue()
-    done: Future = Future()
+    done: Future[TrainingOutcome] = Future()
 
     def progress_of(order: TrainingOrder) -> Path:
         return order.folder / f"{order.name}.progress"
@@ -240,7 +240,7 @@ def test_what_a_worker_writes_of_its_progress_is_kept(office: Office) -> None:
         scratch.write_text(json.dumps({"fraction": fraction, "report": report}))
         scratch.replace(progress_of(seen[0]))
 
-    def work(order: TrainingOrder) -> Future:
+    def work(order: TrainingOrder) -> Future[TrainingOutcome]:
         seen.append(order)
         write(0.25)
         return done

@@ -14,9 +14,9 @@ from app.services import queries
 from app.services.training import TrainingOrder, TrainingOutcome
 from models.checkpoints import load_controller
 from models.field import Field
+from models.fitting import Labels, Progress
 from models.kinematics import Kinematics
 from models.panda_pack import PandaPack
-from models.training import Labels, Progress
 
 STEPS = 20
 

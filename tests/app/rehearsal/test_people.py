@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -60,7 +61,7 @@ def test_values_are_by_person_and_strategy(tmp_path: Path) -> None:
     ],
 )
 def test_people_who_did_something_else_are_refused_until_one_begins_anew(
-    tmp_path: Path, changed: dict[str, object], named: str
+    tmp_path: Path, changed: dict[str, Any], named: str
 ) -> None:
     fill(tmp_path, 2)
     other = replace(FIRST, **changed)

@@ -25,7 +25,7 @@ def test_every_task_and_questionnaire_is_offered_with_its_title(office: TestClie
 @pytest.mark.parametrize("what", ["tasks", "strategies", "order", "questionnaires"])
 def test_whatever_is_offered_is_taken_in_a_protocol(office: TestClient, what: str) -> None:
     choices = office.get("/api/v1/choices").json()
-    changes = {
+    changes: dict[str, list[dict[str, Any]]] = {
         "tasks": [
             {"tasks": [{"task": each["name"]}]} for each in choices["tasks"] if each["has_goal"]
         ],

@@ -2,6 +2,7 @@
 
 import uuid
 from collections.abc import Generator
+from datetime import UTC, datetime
 from typing import Any
 
 import pytest
@@ -13,7 +14,7 @@ from app.services.accounts import Role
 from app.settings import Settings
 from app.storage import studies
 from app.storage.database import Database, migrate
-from app.storage.tables import AuditRow, ParticipantRow, StudyRow
+from app.storage.tables import ApiTokenRow, AuditRow, ExperimenterRow, ParticipantRow, StudyRow
 from models.panda_pack import default_folder
 from tests.app.factories import SMALL, enrol, make_study
 
@@ -51,11 +52,11 @@ def sign_up(client: TestClient, role: Role = "owner") -> str:
 
 
 def _somebody(db: Any) -> str:
-    found = db.query(accounts.ExperimenterRow).first()
+    found = db.query(ExperimenterRow).first()
     if found is None:
         token = accounts.new_setup_link(db)
         accounts.sign_up(db, token, f"owner-{uuid.uuid4().hex[:8]}", accounts.hashed(PASSWORD))
-        found = db.query(accounts.ExperimenterRow).first()
+        found = db.query(ExperimenterRow).first()
     return str(found.id)
 
 
@@ -199,7 +200,7 @@ def test_a_key_does_what_its_scope_allows_until_it_is_revoked(client: TestClient
     again = client.get("/api/v1/studies", headers={"Authorization": f"Bearer {keys['read']}"})
     assert again.status_code == 401
     with database_of(client).read() as db:
-        kept = db.query(accounts.ApiTokenRow).filter_by(id=ids["write"]).one()
+        kept = db.query(ApiTokenRow).filter_by(id=ids["write"]).one()
         assert keys["write"] not in (kept.token_hash, kept.name)
 
 
@@ -414,6 +415,6 @@ def test_an_unopened_startup_link_is_replaced_not_piled_up(client: TestClient) -
         before = db.query(ParticipantRow).count()
         token = enrolment.startup_link(db, service.settings)
         assert db.query(ParticipantRow).count() == before
-        enrolment.note_seen(enrolment.participant_of(db, token), enrolment.datetime.now())
+        enrolment.note_seen(enrolment.participant_of(db, token), datetime.now(UTC))
         enrolment.startup_link(db, service.settings)
         assert db.query(ParticipantRow).count() == before + 1

@@ -30,7 +30,7 @@ def drawn(office: TestClient, address: str) -> dict[str, Any]:
     while (found := office.get(address).json())["is_drawing"]:
         assert time.monotonic() < limit_s
         time.sleep(0.1)
-    return found
+    return dict(found)
 
 
 def test_figures_are_drawn_renewed_and_forgotten(office: TestClient, study_id: str) -> None:

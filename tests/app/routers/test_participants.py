@@ -34,7 +34,7 @@ class Page:
     def __init__(self, client: TestClient) -> None:
         self.client = client
         self.id, self.token = str(uuid.uuid4()), enrolment.new_token()
-        service = client.app.state.service
+        service = client.app.state.service  # type: ignore[attr-defined]
         with service.database.write() as db:
             demo = protocols.demo(db, service.settings)
             enrolment.enrol(db, demo, self.token, participant_id=self.id, origin="experimenter")
@@ -65,7 +65,7 @@ class Page:
         return self.post("answers", query_id=query_id, h=h, thinking_time_s=2.0, **body)
 
     def rows(self, table: Any) -> list[Any]:
-        with self.client.app.state.service.database.read() as db:
+        with self.client.app.state.service.database.read() as db:  # type: ignore[attr-defined]
             statement = db.query(table).filter(table.participant_id == self.id)
             rows = list(statement)
             db.expunge_all()
@@ -293,7 +293,7 @@ def test_the_pages_may_not_be_framed_or_leak_their_address(page: Page) -> None:
 
 
 def test_only_the_hash_of_a_link_is_kept(page: Page) -> None:
-    with page.client.app.state.service.database.read() as db:
+    with page.client.app.state.service.database.read() as db:  # type: ignore[attr-defined]
         row = db.get_one(ParticipantRow, page.id)
         assert page.token not in str(vars(row))
 
@@ -349,7 +349,7 @@ def test_the_stick_is_not_set_before_the_person_agreed(page: Page) -> None:
 
 
 def test_a_live_arm_is_steadied_at_once_and_when_it_comes_back(page: Page) -> None:
-    service = page.client.app.state.service
+    service = page.client.app.state.service  # type: ignore[attr-defined]
     page.begin()
 
     def come() -> Any:

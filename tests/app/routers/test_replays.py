@@ -12,10 +12,14 @@ import numpy as np
 import pytest
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
+from websockets.sync.connection import Connection
+from websockets.typing import Subprotocol
 
 from app.storage.tables import DriveRow, QueryRow, SampleChunkRow
 from app.storage.ticks import COLUMNS, unpack
 from tests.running_server import Participant, RunningServer, running_server
+
+VISER = Subprotocol("viser-v1.1.1")
 
 TICKS = 90  # at least, of the drive
 
@@ -61,15 +65,13 @@ def drive_id(server: RunningServer, rows: np.ndarray) -> str:
     return str(server.rows(DriveRow)[0].id)
 
 
-def open_socket(
-    experimenter: httpx.Client, path: str, **options: Any
-) -> contextlib.AbstractContextManager[ClientConnection]:
+def open_socket(experimenter: httpx.Client, path: str, **options: Any) -> ClientConnection:
     address = str(experimenter.base_url).replace("http", "ws", 1).rstrip("/")
     cookies = "; ".join(f"{name}={value}" for name, value in experimenter.cookies.items())
     return connect(f"{address}/{path}", additional_headers={"Cookie": cookies}, **options)
 
 
-def hear(socket: ClientConnection, **wanted: Any) -> dict[str, Any]:
+def hear(socket: Connection, **wanted: Any) -> dict[str, Any]:
     deadline = time.monotonic() + 5.0
     while time.monotonic() < deadline:
         message: dict[str, Any] = json.loads(socket.recv(timeout=5.0))
@@ -103,9 +105,7 @@ def test_every_tick_can_be_seen_again(
 ) -> None:
     path = f"drives/{drive_id}/{uuid.uuid4()}"
     with (
-        open_socket(
-            experimenter, f"{path}/scene", subprotocols=["viser-v1.1.1"], max_size=None
-        ) as scene,
+        open_socket(experimenter, f"{path}/scene", subprotocols=[VISER], max_size=None) as scene,
         open_socket(experimenter, f"{path}/control") as socket,
     ):
         assert len(scene.recv(timeout=5)) > 1000
@@ -160,7 +160,7 @@ def test_records_are_closed_to_others(server: RunningServer, drive_id: str) -> N
     address = server.base_url.replace("http", "ws", 1)
     for end in ("control", "scene"):
         with pytest.raises(InvalidStatus, match="401"):
-            connect(f"{address}/drives/{drive_id}/v/{end}", subprotocols=["viser-v1.1.1"])
+            connect(f"{address}/drives/{drive_id}/v/{end}", subprotocols=[VISER])
 
 
 def test_only_so_many_are_replayed_at_once(experimenter: httpx.Client, drive_id: str) -> None:

@@ -154,7 +154,7 @@ def test_a_pose_is_on_the_wire_as_viser_would_write_it(pack: PandaPack) -> None:
         page.received.clear()
         frame.position = (0.1, 0.2, 0.3)
         frame.wxyz = (0.0, 1.0, 0.0, 0.0)
-        beads.batched_positions = np.arange(15.0).reshape(5, 3)
+        beads.batched_positions = np.arange(15, dtype=np.float32).reshape(5, 3)
         server.viser.flush()
         await asyncio.sleep(0.2)
         (theirs,) = page.received

@@ -4,6 +4,7 @@ import threading
 import uuid
 from datetime import timedelta
 from pathlib import Path
+from typing import Literal
 
 import pytest
 from argon2 import PasswordHasher
@@ -159,7 +160,7 @@ def test_somebody_stays_owner(database: Database) -> None:
         ada, _ = account(db)
         for change in ({"role": "viewer", "disabled": None}, {"role": None, "disabled": True}):
             with pytest.raises(BadAccount):
-                accounts.change(db, ada, ada.id, **change)  # type: ignore[arg-type]
+                accounts.change(db, ada, ada.id, **change)
         bob, _ = account(db, "bob", "owner", ada.id)
         accounts.change(db, ada, bob.id, role=None, disabled=True)
         db.flush()
@@ -218,7 +219,7 @@ def test_nobody_takes_as_long_to_refuse_as_somebody(monkeypatch: pytest.MonkeyPa
     compared: list[str] = []
 
     class Watched(PasswordHasher):
-        def verify(self, hash: str | bytes, password: str | bytes) -> bool:
+        def verify(self, hash: str | bytes, password: str | bytes) -> Literal[True]:
             compared.append(str(hash))
             return super().verify(hash, password)
 

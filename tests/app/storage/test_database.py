@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sqlalchemy import inspect, select, text
+from sqlalchemy import UniqueConstraint, inspect, select, text
 
 from app.services import flow, queries
 from app.storage.database import Database, DatabaseInUse, make_engine, migrate
@@ -70,7 +70,7 @@ def test_the_migrations_make_the_tables_the_app_uses(tmp_path: Path) -> None:
         wanted = {
             tuple(column.name for column in constraint.columns)
             for constraint in table.constraints
-            if type(constraint).__name__ == "UniqueConstraint"
+            if isinstance(constraint, UniqueConstraint)
         }
         assert uniques == wanted, table.name
 
@@ -121,14 +121,14 @@ def test_who_took_part_before_there_were_studies_is_where_they_were(tmp_path: Pa
         )
     migrate(path)
     database = Database(path)
-    with database.read() as db:
+    with database.read() as session:
         for number, step in enumerate(steps, start=1):
-            participant = db.get_one(ParticipantRow, f"p{number}")
-            at = flow.here(db, participant)
+            participant = session.get_one(ParticipantRow, f"p{number}")
+            at = flow.here(session, participant)
             assert (at.step.kind, participant.state) == (step, "active")
             assert at.task.task == ("plane" if number < 4 else "avoid")
             assert participant.token_hash == f"hash {number}"
-        (question,) = queries.asked(db, db.get_one(ParticipantRow, "p4"), at.task)
+        (question,) = queries.asked(session, session.get_one(ParticipantRow, "p4"), at.task)
         assert question.answer is not None
         assert question.answer.h_x == 0.5
     database.close()

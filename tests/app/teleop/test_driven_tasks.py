@@ -178,7 +178,7 @@ def test_the_hand_takes_the_cup_by_itself_once_it_is_told_to(pack: PandaPack) ->
     assert "nothing to grasp here" in (drive.session.press("tab") or "")
     for _ in range(round(15 / DT_S)):
         drive.follow()
-        if drive.attempt.simulation.is_holding:  # type: ignore[attr-defined]
+        if drive.attempt.simulation.is_holding:
             break
     assert drive.session.press("tab") == "The cup is in the hand already."
     drive.session.stop_drive("left")

@@ -11,14 +11,14 @@ from app.teleop.edges import keep_inside
 from app.teleop.live_session import LiveSession
 from app.teleop.recorder import DriveLog
 from models.checkpoints import load_controller
-from models.controller import LatentController
+from models.controller import AutoencoderController, LatentController
 from models.kinematics import Kinematics
-from models.mapping import Mapping
 from models.panda import Q_MAX, Q_MIN, QD_MAX
 from models.panda_pack import PandaPack
 from models.simulation import Simulation
 from models.tasks import TASKS, Task, get_task
 from tests.app.teleop.test_live_session import FakeRecorder, FakeScene
+from tests.drivers import unaligned
 
 DT_S = 1 / 60
 ASKED = [COLUMNS.index(f"a_{joint}") for joint in range(1, 8)]
@@ -27,7 +27,8 @@ ASKED = [COLUMNS.index(f"a_{joint}") for joint in range(1, 8)]
 def hasty(task: Task) -> LatentController:
     """The task's controller, five times too fast: those we ship keep well within the limits."""
     controller = load_controller(task.name)
-    return replace(controller, a_scale=5.0 * controller.a_scale)  # type: ignore[type-var]
+    assert isinstance(controller, AutoencoderController)
+    return replace(controller, a_scale=5.0 * controller.a_scale)
 
 
 def states(task: Task, pack: PandaPack, n: int) -> np.ndarray:
@@ -36,7 +37,8 @@ def states(task: Task, pack: PandaPack, n: int) -> np.ndarray:
     demonstrations = task.demonstrations(Kinematics.from_urdf(pack.urdf), rng, n, 20)
     on = demonstrations.states[:, rng.integers(20)]
     beside = on + rng.uniform(-0.5, 0.5, on.shape)
-    return np.clip(np.concatenate([on, beside]), Q_MIN + 0.02, Q_MAX - 0.02)
+    inside: np.ndarray = np.clip(np.concatenate([on, beside]), Q_MIN + 0.02, Q_MAX - 0.02)
+    return inside
 
 
 @pytest.mark.parametrize("task_name", TASKS)
@@ -64,7 +66,7 @@ def test_every_tick_of_a_drive_keeps_to_the_speed_of_the_joints(
 ) -> None:
     task, rng = get_task(task_name), np.random.default_rng(33)
     simulation, recorder = Simulation(pack, task.props), FakeRecorder()
-    mapping, now_s = Mapping(hasty(task)), 100.0
+    mapping, now_s = unaligned(hasty(task)), 100.0
     for drive, s in enumerate(states(task, pack, 3)):
         session = LiveSession(
             "p",

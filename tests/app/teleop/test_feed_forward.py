@@ -48,10 +48,13 @@ def test_who_may_switch_them_sees_them_while_steering(pack: PandaPack) -> None:
     for _ in range(12):
         drive.tick(np.array([0.0, 1.0]))
     first = drive.scene.arrows
+    assert first is not None
     assert drive.session.status("tab", drive.now_s).arrows
     for _ in range(12):
         drive.tick(np.array([0.0, 1.0]))
-    assert not np.allclose(first, drive.scene.arrows)  # they stay at the hand
+    later = drive.scene.arrows
+    assert later is not None
+    assert not np.allclose(first, later)  # they stay at the hand
     drive.session.give_up("tab")
     assert drive.scene.arrows is None
     assert drive.recorder.outcomes[0]["arrows_s"] == pytest.approx(24 / 60)

@@ -106,7 +106,8 @@ class Arm:
             if stick is not None:
                 self.session.move_stick("tab", *stick, self.now_s)
             self.session.tick(self.now_s, DT_S)
-        return self.simulation.hand.position - before
+        way: np.ndarray = self.simulation.hand.position - before
+        return way
 
     def hold(self) -> Any:
         return self.session.status("tab", self.now_s).hold

@@ -1,5 +1,7 @@
 """The control loop, with a clock of its own: everyone gets their ticks, evenly, late or not."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -25,9 +27,10 @@ def run(
     """Run the loop without waiting, as ``ControlLoop.run`` would."""
     while now_s < until_s:
         now_s += loop.wait_s(now_s) + 1e-6
-        before = sum(len(session.ticks) for session in loop.sessions.values())  # type: ignore[attr-defined]
+        sessions: list[Any] = list(loop.sessions.values())
+        before = sum(len(session.ticks) for session in sessions)
         loop.tick(now_s)
-        after = sum(len(session.ticks) for session in loop.sessions.values())  # type: ignore[attr-defined]
+        after = sum(len(session.ticks) for session in sessions)
         now_s += a_tick_takes_s * (after - before)
     return now_s
 
