@@ -21,20 +21,26 @@ from models.panda_pack import PandaPack, default_folder, open_pack
 torch.set_num_threads(1)
 
 
+# What goes on in real time. Without a graphics card a 3-D picture fills both cores, and two at
+# once, or one beside a person who drives, would starve.
+TAKE_TURNS = (
+    "tests/browser/",
+    "tests/app/test_bots.py",
+    "tests/app/test_driven_through_the_server.py",
+    "tests/app/test_running_server.py",
+)
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The browser's tests take longest and come first."""
-    items.sort(key=lambda item: "browser" not in item.path.parts)
+    """What takes turns takes longest, and comes first."""
+    items.sort(key=lambda item: not item.nodeid.startswith(TAKE_TURNS))
 
 
 class Scheduling(LoadFileScheduling):
-    """Side by side (``-n 2``), a file's tests share a worker, and so a module's server.
-
-    All browser tests share one: without a graphics card two pictures at once would starve.
-    """
+    """Side by side (``-n 2``), a file's tests share a worker; so do all that take turns."""
 
     def _split_scope(self, nodeid: str) -> str:
-        is_browser = nodeid.startswith("tests/browser/")
-        return "tests/browser" if is_browser else super()._split_scope(nodeid)
+        return "turns" if nodeid.startswith(TAKE_TURNS) else super()._split_scope(nodeid)
 
 
 @pytest.hookimpl(optionalhook=True)

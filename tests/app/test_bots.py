@@ -37,7 +37,7 @@ PROTOCOL = {
 
 
 def test_bots_do_all_that_a_study_asks_and_rude_ones_leave_no_trace(tmp_path: Path) -> None:
-    with running_server(tmp_path, speed=2) as server:
+    with running_server(tmp_path) as server:
         office, study = server.experimenter(), f"/api/v1/studies/{uuid.uuid4()}"
         content = {"id": study.rsplit("/", 1)[1], "protocol": PROTOCOL}
         office.post("/api/v1/studies", json=content).raise_for_status()
@@ -51,7 +51,6 @@ def test_bots_do_all_that_a_study_asks_and_rude_ones_leave_no_trace(tmp_path: Pa
             reconnect=True,
             two_tabs=True,
             gives_up_s=25.0,
-            speed=2.0,
         )
         reports = asyncio.run(send(crowd, link, lambda _reports: None))
         assert [report.state for report in reports] == ["completed"] * 3
