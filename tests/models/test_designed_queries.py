@@ -79,6 +79,15 @@ def variance_left(u, place, motion, rows):
     return np.real(np.trace(prior - known))
 
 
+def test_everything_that_fits_can_be_asked_about_and_no_more(plane, pool, kinematics):
+    length = np.linalg.norm(moves(plane, pool, kinematics, np.arange(len(pool))), axis=1)
+    fit = np.flatnonzero((length >= 0.3) & (length <= 0.8))
+    assert sorted(design(plane, pool, kinematics, len(fit))) == fit.tolist()
+    for k in (0, len(fit) + 1):
+        with pytest.raises(InputError, match=f"{k} questions were asked for"):
+            design(plane, pool, kinematics, k)
+
+
 @pytest.mark.parametrize("task_name", ["plane", "reach-and-pour"])
 def test_each_question_leaves_the_least_unknown(task_name, kinematics):
     task = get_task(task_name)

@@ -12,6 +12,11 @@ from models.evaluation import (
     rotation_error,
 )
 from models.field import STICKS, learned_field
+from models.fitting import Labels
+from models.mapping import Mapping
+from models.preferences import axes, mirrored, rotated
+from models.simulated_human import SimulatedHuman
+from models.task_space import fit_task_space, survey
 from tests.drivers import unaligned
 
 
@@ -36,6 +41,40 @@ def test_who_means_the_opposite_is_wrong_by_the_rest_of_the_half_turn(person, ki
     other = direction_error_deg(person.mapping, opposite, kinematics, s)
     assert error.shape == (10, 16)
     assert_allclose(error + other, 180.0, atol=1e-6)
+
+
+def test_every_direction_of_the_stick_is_judged(plane, controller, kinematics, pool):
+    seen = survey(plane, kinematics, pool)
+    rows = np.flatnonzero(pool.length_m < seen.unit_m)[:12]
+    s, kappa = pool.states[:6], np.full(2, seen.unit_m)
+    straight = SimulatedHuman(plane, axes(), kappa)
+    before, after = (kinematics.hand_pose(q[rows]) for q in (pool.states, pool.next_states))
+    labels = Labels(pool.states[rows], straight.label(before, after), pool.next_states[rows])
+    mapping = Mapping(controller, fit_task_space(controller, kinematics, plane, labels, seen))
+    assert_allclose(direction_error_deg(mapping, straight, kinematics, s), 0.0, atol=0.5)
+    # Who means the mirror image is off by twice the angle to the mirror.
+    mirror = SimulatedHuman(plane, mirrored(axes()), kappa)
+    side = 22.5 * np.arange(16)
+    off = np.abs((180.0 - 2.0 * side + 180.0) % 360.0 - 180.0)
+    errors = direction_error_deg(mapping, mirror, kinematics, s)
+    assert_allclose(errors, np.tile(off, (6, 1)), atol=0.5)
+    longer = direction_error_deg(mapping, mirror, kinematics, s, directions=8, stick=0.9)
+    assert_allclose(longer, np.tile(off[::2], (6, 1)), atol=0.5)
+
+
+def test_who_thinks_round_the_base_is_judged_by_where_the_hand_is(
+    plane, controller, kinematics, pool
+):
+    s, kappa = pool.states[:6], np.full(2, 0.02)
+    polar = SimulatedHuman(plane, replace(axes(), is_polar=True), kappa)
+    azimuth_deg = np.degrees(plane.azimuth(kinematics.hand_pose(s)))
+    assert np.ptp(azimuth_deg) > 10.0
+    for judge in (direction_error_deg, motion_gain):
+        found = judge(unaligned(controller), polar, kinematics, s)
+        for row, angle in enumerate(azimuth_deg):
+            turned = SimulatedHuman(plane, rotated(-angle), kappa)
+            expected = judge(unaligned(controller), turned, kinematics, s[row : row + 1])
+            assert_allclose(found[row], expected[0], rtol=1e-9, atol=1e-6)
 
 
 def test_a_hand_that_does_not_move_is_a_right_angle_off(person, controller, kinematics, pool):
