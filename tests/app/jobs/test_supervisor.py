@@ -180,15 +180,24 @@ def test_the_outcome_of_an_attempt_that_no_longer_counts_is_not_registered(offic
     assert office.files() == {f"{job_id}-2-all-priors"}
 
 
-def test_a_worker_that_dies_costs_one_attempt(office: Office) -> None:
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_worker_that_dies_costs_one_attempt(office: Office, workers: int) -> None:
+    office.settings = office.settings.model_copy(update={"training_workers": workers})
     job_id = office.queue()
+    first: Future = Future()
+    looks = 0
 
-    def work(order: TrainingOrder) -> TrainingOutcome:
-        if order.attempt == 1:
-            raise ProcessExpired("Abnormal termination")
-        return outcome_of(order)
+    def work(order: TrainingOrder) -> TrainingOutcome | Future:
+        return first if order.attempt == 1 else outcome_of(order)
 
-    orders = office.supervise(work, lambda: office.is_over(job_id))
+    def until() -> bool:
+        nonlocal looks
+        looks += 1
+        if looks == 20:  # by now everybody waits
+            first.set_exception(ProcessExpired("Abnormal termination"))
+        return office.is_over(job_id)
+
+    orders = office.supervise(work, until)
     assert [order.attempt for order in orders] == [1, 2]
     assert office.job(job_id).state == "succeeded"
     assert office.files() == {f"{job_id}-2-all-priors"}
