@@ -1,8 +1,8 @@
-# run · test · check · bench · soak · simulation · controllers · lock — each does its own set-up.
+# run · test · check · bench · mutants · soak · simulation · controllers · lock — each does its own set-up.
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DELETE_ON_ERROR:
-.PHONY: run setup test pytest check bench soak simulation simulated-study controllers lock clean
+.PHONY: run setup test pytest check bench mutants soak simulation simulated-study controllers lock clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -63,7 +63,12 @@ check: $(VENV)/.test $(PANDA)/manifest.json
 bench: $(VENV)/.test $(PANDA)/manifest.json
 	$(BIN)/python -m tests.benchmarks
 
-# Three hours: the tests that take long, hundreds of drives through a running server, a thousand
+# Breaks the learning core at random, 60 times a module, and fails where its tests do not notice.
+# A run that was stopped goes on where it was.
+mutants: $(VENV)/.test $(PANDA)/manifest.json
+	JOYMAP_PANDA_DIR=$(abspath $(PANDA)) $(BIN)/python -m tests.soak.mutants --out $(DATA)/mutants
+
+# Three hours and the mutants: the tests that take long, hundreds of drives through a running server, a thousand
 # random ones in each world, ten thousand people, trouble at every step of a study, and crowds of
 # simulated participants.
 soak: $(VENV)/.test $(PANDA)/manifest.json
@@ -73,6 +78,7 @@ soak: $(VENV)/.test $(PANDA)/manifest.json
 	$(BIN)/python -m tests.soak.many_people
 	$(BIN)/python -m tests.soak.interruptions
 	$(BIN)/python -m tests.soak.crowds_of_bots
+	$(MAKE) mutants
 
 # Half an hour on two cores: three studies of ten simulated people each, through a server.
 STUDIES := $(DATA)/simulated-study
