@@ -214,6 +214,7 @@ def main() -> int:
     parser.add_argument("--parallel", type=int, default=2)
     parser.add_argument("modules", nargs="*", default=list(NEAREST))
     options = parser.parse_args()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that what was begun is ended
     options.out.mkdir(parents=True, exist_ok=True)
     journal = options.out / "verdicts.jsonl"
     lines = journal.read_text().splitlines() if journal.exists() else []
