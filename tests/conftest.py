@@ -36,7 +36,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: not item.nodeid.startswith(TAKE_TURNS))
 
 
-class Scheduling(LoadFileScheduling):
+class Scheduling(LoadFileScheduling):  # type: ignore[misc]
     """Side by side (``-n 2``), a file's tests share a worker; so do all that take turns."""
 
     def _split_scope(self, nodeid: str) -> str:

@@ -24,6 +24,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import libcst
 from mutmut.mutation.file_mutation import create_mutations, deep_replace
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -79,7 +80,9 @@ def mutants_of(module: str, sample: int, seed: int) -> list[Mutant]:
     mutants = []
     for index in sorted(drawn[:sample]):
         change = mutations[index]
-        code = deep_replace(tree, change.original_node, change.mutated_node).code
+        changed = deep_replace(tree, change.original_node, change.mutated_node)
+        assert isinstance(changed, libcst.Module)
+        code = changed.code
         lines = difflib.unified_diff(source.splitlines(), code.splitlines(), n=0, lineterm="")
         diff = "\n".join(line for line in lines if not line.startswith(("---", "+++")))
         key = hashlib.sha256(code.encode() + tests).hexdigest()

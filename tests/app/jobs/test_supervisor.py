@@ -184,10 +184,10 @@ def test_the_outcome_of_an_attempt_that_no_longer_counts_is_not_registered(offic
 def test_a_worker_that_dies_costs_one_attempt(office: Office, workers: int) -> None:
     office.settings = office.settings.model_copy(update={"training_workers": workers})
     job_id = office.queue()
-    first: Future = Future()
+    first: Future[TrainingOutcome] = Future()
     looks = 0
 
-    def work(order: TrainingOrder) -> TrainingOutcome | Future:
+    def work(order: TrainingOrder) -> TrainingOutcome | Future[TrainingOutcome]:
         return first if order.attempt == 1 else outcome_of(order)
 
     def until() -> bool:
