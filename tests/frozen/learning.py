@@ -8,8 +8,7 @@ import ctypes
 import hashlib
 import os
 import platform
-from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -24,11 +23,12 @@ from app.services.training import TrainingOrder
 from models import experiment
 from models.alignment import Alignment
 from models.checkpoints import load_alignment, load_controller
+from models.evaluation import judge_moves
 from models.experiment import Cell
+from models.fitting import AlignmentContext, FitProblem, Labels
 from models.kinematics import Kinematics
 from models.panda_pack import default_folder, open_pack
 from models.tasks import get_task
-from models.training import Labels
 from tests.frozen.made import LEARNING
 
 # One motion, and two of them.
@@ -96,10 +96,9 @@ def train_as_worker(
 def fit_as_simulation(task: str, method: str, steps: int) -> Alignment:
     """What a simulated person's alignment is in a run of the simulation experiments."""
     cell = Cell(task, method, noise=0.1, seed=1, labels=5, unlabelled=_UNLABELLED)
-    settings_for, judge_moves = experiment.settings_for, experiment.judge_moves
-    shorter = mock.Mock(side_effect=lambda *given: replace(settings_for(*given), steps=steps))
+    shorter = partial(FitProblem, steps=steps)
     judging = mock.Mock(side_effect=judge_moves)
-    with mock.patch.multiple(experiment, settings_for=shorter, judge_moves=judging):
+    with mock.patch.multiple(experiment, FitProblem=shorter, judge_moves=judging):
         experiment.run_cell(cell)
     found: Alignment = judging.call_args.args[0].alignment
     return found
@@ -107,7 +106,8 @@ def fit_as_simulation(task: str, method: str, steps: int) -> Alignment:
 
 def read_alignment(stem: Path, task: str) -> Alignment:
     """The alignment of a checkpoint."""
-    return load_alignment(stem, get_task(task), _kinematics(), load_controller(task))
+    context = AlignmentContext(get_task(task), _kinematics(), load_controller(task))
+    return load_alignment(stem, context)
 
 
 @cache

@@ -98,7 +98,8 @@ def _train(task: str) -> list[dict[str, Any]]:
         alignment = learning.fit_as_simulation(task, strategy, learning.SHORT)
         found.append(_line("everything", task, strategy, 1, learning.SHORT, alignment))
         stem = made.LEARNING / f"{task}-{strategy}"
-        save_alignment(stem, alignment, seed=1, data_hash="every answer", settings={})
+        how: dict[str, Any] = {"seed": 1, "data_hash": "every answer", "settings": {}}
+        save_alignment(stem, alignment, strategy=strategy, **how)
     return found
 
 
