@@ -26,6 +26,7 @@ from app.routers import ROUTERS, pages
 from app.routers.dependencies import Service
 from app.services import drives, enrolment, protocols, queries
 from app.services.doorkeeping import Doorkeeper
+from app.services.steps import Steps
 from app.settings import STATIC_DIR, Settings
 from app.storage.database import Database
 from app.teleop.live_sessions import LiveSessions
@@ -65,9 +66,7 @@ def create_app(settings: Settings) -> FastAPI:
             supervisor=supervisor,
             figures=FigureDesk(settings),
             doorkeeper=Doorkeeper(time.monotonic),
-            controllers=controllers,
-            kinematics=kinematics,
-            survey=survey,
+            steps=Steps(database, controllers, kinematics, survey),
             boot=str(uuid.uuid4()),
         )
         app.state.service = service

@@ -24,7 +24,7 @@ from app.scene.arm_scene import ArmScene
 from app.schemas.props import PropsOut
 from app.schemas.protocol import LEARNABLE, NO_ALIGN, TaskProtocol
 from app.services import queries
-from app.storage.tables import AnswerRow, ParticipantRow
+from app.storage.tables import AnswerRow
 from app.storage.ticks import COLUMNS
 from app.teleop.live_session import LiveSession
 from app.teleop.recorder import DriveLog
@@ -146,9 +146,7 @@ def _answer(part: Part, person: Person, lab: _Lab, seed: int) -> Labels:
     wanted = TaskProtocol(
         task=part.task, labels=part.labels, unlabelled=PAPER_UNLABELLED[part.task]
     )
-    shown = queries.draw(
-        ParticipantRow(id=_TAB, seed=seed), wanted, lab.controller, lab.kinematics
-    )[: part.labels]
+    shown = queries.draw(_TAB, seed, wanted, lab.controller, lab.kinematics)[: part.labels]
     given = []
     for query in shown:
         path = queries.as_path(query)

@@ -13,14 +13,12 @@ from app.jobs.supervisor import Supervisor
 from app.services import accounts, enrolment
 from app.services.accounts import Experimenter, NotByKey, NotYours
 from app.services.doorkeeping import REQUESTS, WRONG_LINKS, Doorkeeper
+from app.services.steps import Steps
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.tables import ParticipantRow
 from app.teleop.live_sessions import LiveSessions
 from app.teleop.replay import Replays
-from models.controller import LatentController
-from models.kinematics import Kinematics
-from models.task_space import Survey
 
 LOGIN_COOKIE = "joymap_login"
 _SAFE = ("GET", "HEAD", "OPTIONS")
@@ -38,9 +36,7 @@ class Service:
     supervisor: Supervisor
     figures: FigureDesk
     doorkeeper: Doorkeeper
-    controllers: dict[str, LatentController]
-    kinematics: Kinematics
-    survey: Callable[[str], Survey]  # of a task, made when it is first asked for
+    steps: Steps
     boot: str  # names this start of the server; its monotonic times belong together
 
 

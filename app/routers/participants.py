@@ -4,9 +4,7 @@ from datetime import UTC, datetime
 
 from fastapi import APIRouter, Depends, Response
 from fastapi.concurrency import run_in_threadpool
-from sqlalchemy.orm import Session
 
-from app.errors import WrongStep
 from app.routers.dependencies import CurrentParticipant, Here, Service, same_origin
 from app.schemas.participants import (
     AnswerIn,
@@ -21,16 +19,11 @@ from app.schemas.participants import (
     TrainingOut,
     WithdrawIn,
 )
-from app.services import consent as consent_service
 from app.services import drives as drive_service
 from app.services import (
     enrolment,
     flow,
-    protocols,
-    queries,
-    responses,
     training,
-    visit,
     withdrawal,
 )
 from app.services import stick as stick_service
@@ -52,27 +45,19 @@ def read_session(participant: CurrentParticipant, here: Here) -> SessionOut:
             enrolment.note_seen(row, now)
             if row.state == "abandoned":
                 enrolment.come_back(db, row)
-    return _session(here, participant.id)
+    return here.steps.session(participant.id)
 
 
 @router.post("/consent")
 def give_consent(consent: ConsentIn, participant: CurrentParticipant, here: Here) -> SessionOut:
     """The person agrees to take part."""
-    with here.database.write() as db:
-        row = db.get_one(ParticipantRow, participant.id)
-        protocol, version = protocols.of_participant(db, row)
-        if consent.version != consent_service.version_of(protocol):
-            raise WrongStep("The text has changed meanwhile; please reload the page.")
-        detail = {"version": consent.version, "protocol": version}
-        flow.advance(db, row, str(consent.id), "consent", detail=detail)
-        _draw(here, db, row)
-    return _session(here, participant.id)
+    return here.steps.agree(participant.id, consent)
 
 
 @router.post("/practice")
 def finish_practice(done: StepDoneIn, participant: CurrentParticipant, here: Here) -> SessionOut:
     """The person has practised; their questions are drawn."""
-    return _advance(here, participant.id, str(done.id), "practice")
+    return here.steps.go_on(participant.id, str(done.id), "practice")
 
 
 @router.post("/answers")
@@ -80,10 +65,10 @@ async def give_answer(
     answer: AnswerIn, participant: CurrentParticipant, here: Here, response: Response
 ) -> SessionOut:
     """The person shows the stick input they would give for a move; the last one starts training."""
-    is_new = await run_in_threadpool(_record, here, participant.id, answer)
+    session, is_new = await run_in_threadpool(here.steps.answer, participant.id, answer)
     response.status_code = 201 if is_new else 200
     here.supervisor.wake()
-    return await run_in_threadpool(_session, here, participant.id)
+    return session
 
 
 @router.put("/stick")
@@ -93,7 +78,7 @@ async def set_stick(
     """The person sets their stick; an arm that is live follows it from now on."""
     await run_in_threadpool(_set_stick, here, participant.id, wanted)
     await here.live.follow_settings(participant.id)
-    return await run_in_threadpool(_session, here, participant.id)
+    return await run_in_threadpool(here.steps.session, participant.id)
 
 
 @router.get("/training")
@@ -117,14 +102,14 @@ async def begin_driving(
     done: StepDoneIn, participant: CurrentParticipant, here: Here
 ) -> SessionOut:
     """The robot has learned, and the person goes on to drive."""
-    return await run_in_threadpool(_advance, here, participant.id, str(done.id), "training")
+    return await run_in_threadpool(here.steps.go_on, participant.id, str(done.id), "training")
 
 
 @router.post("/block")
 async def finish_block(done: StepKeyIn, participant: CurrentParticipant, here: Here) -> SessionOut:
     """The person has driven under one way of steering and goes on."""
     session = await run_in_threadpool(
-        _advance, here, participant.id, str(done.id), "block", done.key
+        here.steps.go_on, participant.id, str(done.id), "block", done.key
     )
     here.live.stop_drive(participant.id)
     await here.live.follow_step(participant.id)
@@ -136,9 +121,9 @@ async def answer_questions(
     given: QuestionnaireIn, participant: CurrentParticipant, here: Here
 ) -> SessionOut:
     """The person has filled in a questionnaire; the same one twice is kept once."""
-    await run_in_threadpool(_fill_in, here, participant.id, given)
+    session = await run_in_threadpool(here.steps.fill_in, participant.id, given)
     await here.live.follow_step(participant.id)
-    return await run_in_threadpool(_session, here, participant.id)
+    return session
 
 
 @router.post("/withdraw")
@@ -152,7 +137,7 @@ async def withdraw(wanted: WithdrawIn, participant: CurrentParticipant, here: He
         await run_in_threadpool(
             withdrawal.erase, here.database, here.settings.data_dir, participant.id
         )
-    return await run_in_threadpool(_session, here, participant.id)
+    return await run_in_threadpool(here.steps.session, participant.id)
 
 
 @router.post("/drives", status_code=201)
@@ -161,58 +146,6 @@ async def open_drive(drive: DriveIn, participant: CurrentParticipant, here: Here
     opened = await run_in_threadpool(_open_drive, here, participant.id, drive)
     await here.live.start_drive(participant, opened)
     return DriveOut(id=opened.id, strategy=None if opened.is_blinded else opened.strategy)
-
-
-def _draw(here: Service, db: Session, row: ParticipantRow) -> None:
-    """Draw the moves to ask about, if the person has just come to a task's questions."""
-    at = flow.here(db, row)
-    if at.step.kind == "queries" and not queries.are_drawn(db, row, at.task.task):
-        db.add_all(queries.draw(row, at.task, here.controllers[at.task.task], here.kinematics))
-        db.flush()
-
-
-def _advance(
-    here: Service, participant_id: str, event_id: str, kind: flow.Kind, key: str | None = None
-) -> SessionOut:
-    with here.database.write() as db:
-        row = db.get_one(ParticipantRow, participant_id)
-        at = flow.here(db, row)
-        if at.step.kind == kind == "training" and not training.is_ready(db, row, at.task.task):
-            raise WrongStep("It is too early for that: the robot is still learning.")
-        if at.step.kind == kind == "block" and key == at.step.key:
-            if not drive_service.is_over(db, row, at):
-                raise WrongStep("It is too early for that: first drive the arm.")
-            drive_service.end_open(db, row)
-        flow.advance(db, row, event_id, kind, key)
-        _draw(here, db, row)
-    return _session(here, participant_id)
-
-
-def _record(here: Service, participant_id: str, answer: AnswerIn) -> bool:
-    with here.database.write() as db:
-        row = db.get_one(ParticipantRow, participant_id)
-        at = flow.here(db, row)
-        is_new = queries.record(db, row, answer)
-        row.seen_at = datetime.now(UTC)
-        if is_new and _has_said_enough(here, at, queries.asked(db, row, at.task)):
-            training.enqueue(db, row, at.task)
-            flow.go_on(row, at)
-    return is_new
-
-
-def _has_said_enough(here: Service, at: flow.Here, questions: list[queries.Question]) -> bool:
-    task = at.task
-    if queries.is_complete(questions) or task.questions == "random":
-        return queries.is_complete(questions)
-    seen = here.survey(task.task)
-    return queries.is_enough(task.task, questions, here.kinematics, seen, task.enough_error)
-
-
-def _fill_in(here: Service, participant_id: str, given: QuestionnaireIn) -> None:
-    with here.database.write() as db:
-        row = db.get_one(ParticipantRow, participant_id)
-        if responses.record(db, row, given):
-            _draw(here, db, row)
 
 
 def _set_stick(here: Service, participant_id: str, wanted: StickSettingsIn) -> None:
@@ -243,8 +176,3 @@ def _open_drive(here: Service, participant_id: str, drive: DriveIn) -> drive_ser
             now_s=here.live.now_s(),
             same_strategy=here.settings.same_strategy,
         )
-
-
-def _session(here: Service, participant_id: str) -> SessionOut:
-    with here.database.read() as db:
-        return visit.session_of(db, db.get_one(ParticipantRow, participant_id))

@@ -8,7 +8,7 @@ A protocol and a cell (the order of the strategies) make a list of steps::
 A participant's place is an index into it. Nobody goes back: what was given counts.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import lru_cache
 from typing import Any, Literal
@@ -154,23 +154,25 @@ def require(here: Here, kind: Kind) -> Step:
 def advance(
     db: Session,
     participant: ParticipantRow,
+    at: Here,
     event_id: str,
     kind: Kind,
     key: str | None = None,
     detail: dict[str, Any] | None = None,
-) -> bool:
+) -> Here | None:
     """Take the step out of one of this kind; doing it again with the same id changes nothing.
 
     Args:
         db: The transaction.
         participant: Whose step it is.
+        at: Where they are.
         event_id: The client's id of going on.
         kind: What the page believes to be leaving.
         key: Which of that kind, where there can be several.
         detail: What to keep with it.
 
     Returns:
-        Whether the step was taken now (not before).
+        Where they are now; None if the step was taken before.
 
     Raises:
         IdReused: If the id was used for another step or by someone else.
@@ -181,8 +183,7 @@ def advance(
         left = before.kind if key is not None else before.kind.split("/")[0]
         if before.participant_id != participant.id or left != (key or kind):
             raise IdReused
-        return False
-    at = here(db, participant)
+        return None
     step = require(at, kind)
     if step == at.steps[-1]:
         raise WrongStep("There is nothing after this.")
@@ -198,14 +199,13 @@ def advance(
             at=now,
         )
     )
-    go_on(participant, at)
-    return True
+    return go_on(participant, at)
 
 
-def go_on(participant: ParticipantRow, at: Here) -> None:
+def go_on(participant: ParticipantRow, at: Here) -> Here:
     """Put the participant on the next step; the last one completes the study."""
-    now = datetime.now(UTC)
-    participant.place = at.place + 1
-    participant.seen_at = now
-    if at.steps[participant.place].kind == "end":
+    now, after = datetime.now(UTC), replace(at, place=at.place + 1)
+    participant.place, participant.seen_at = after.place, now
+    if after.step.kind == "end":
         participant.state, participant.ended_at = "completed", now
+    return after

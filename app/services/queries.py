@@ -5,6 +5,7 @@ more than are wanted: each "I can't say" brings one more of them to the screen.
 """
 
 import uuid
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
@@ -53,13 +54,30 @@ class Question:
 
 
 def asked(db: Session, participant: ParticipantRow, task: TaskProtocol) -> list[Question]:
+    """The questions on the person's screen, read anew."""
+    drawn = participants.queries_of(db, participant.id, task.task)
+    return on_screen(drawn, participants.latest_answers(db, participant.id), task)
+
+
+def shown(db: Session, participant: ParticipantRow, at: flow.Here) -> list[Question]:
+    """The questions that the page of a step shows: none on most."""
+    is_shown = at.step.kind in ("queries", "training", "driving")
+    return asked(db, participant, at.task) if is_shown else []
+
+
+def on_screen(
+    drawn: list[QueryRow], answers: Mapping[str, AnswerRow], task: TaskProtocol
+) -> list[Question]:
     """The questions on the person's screen: as many as leave ``task.labels`` they can answer.
 
     One answered with the stick stays, whatever is changed before it. Those asked once more come
     when all others are answered.
+
+    Args:
+        drawn: All moves that may be asked about, in order.
+        answers: The answers that count, by their queries' ids.
+        task: What is done with the task.
     """
-    answers = participants.latest_answers(db, participant.id)
-    drawn = participants.queries_of(db, participant.id, task.task)
     questions: list[Question] = []
     cannot_say = 0
     for query in (query for query in drawn if query.repeats is None):
@@ -74,11 +92,6 @@ def asked(db: Session, participant: ParticipantRow, task: TaskProtocol) -> list[
         again = [query for query in drawn if query.repeats in labelled]
         questions += [Question(query, answers.get(query.id)) for query in again]
     return questions
-
-
-def are_drawn(db: Session, participant: ParticipantRow, task: str) -> bool:
-    """Whether the participant's questions on a task are there."""
-    return bool(participants.queries_of(db, participant.id, task))
 
 
 def labels_of(questions: list[Question]) -> list[tuple[QueryRow, AnswerRow]]:
@@ -100,19 +113,10 @@ def is_complete(questions: list[Question]) -> bool:
     )
 
 
-def is_enough(
-    task: str,
-    questions: list[Question],
-    kinematics: Kinematics,
-    seen: Survey,
-    enough_error: float,
-) -> bool:
+def is_enough(task: TaskProtocol, labels: Labels, kinematics: Kinematics, seen: Survey) -> bool:
     """Whether the labels so far say so much that no more need to be asked for."""
-    given = labels_of(questions)
-    if len(given) < LABELS_NEEDED:
-        return False
-    labels = as_labels(given)
-    return understand_labels(get_task(task), kinematics, labels, seen)[1] <= enough_error
+    _, error = understand_labels(get_task(task.task), kinematics, labels, seen)
+    return error <= task.enough_error
 
 
 def notice(questions: list[Question]) -> str | None:
@@ -127,7 +131,8 @@ def notice(questions: list[Question]) -> str | None:
 
 
 def draw(
-    participant: ParticipantRow,
+    participant_id: str,
+    seed: int,
     wanted: TaskProtocol,
     controller: LatentController,
     kinematics: Kinematics,
@@ -137,9 +142,9 @@ def draw(
     The same participant always gets the same moves: all chance comes from their seed.
     """
     task = get_task(wanted.task)
-    pool = draw_pool(wanted.task, participant.seed, controller, kinematics, wanted.unlabelled)
+    pool = draw_pool(wanted.task, seed, controller, kinematics, wanted.unlabelled)
     count = SPARE_FACTOR * wanted.labels
-    rng = np.random.default_rng([participant.seed, _CHOICE])
+    rng = np.random.default_rng([seed, _CHOICE])
     if wanted.questions == "designed":
         allowed = showable(pool, SMALLEST_MOVE_M)
         chosen = design_queries(task, kinematics, pool, count, rng, allowed)
@@ -151,7 +156,7 @@ def draw(
         rows.append(
             QueryRow(
                 id=str(uuid.uuid4()),
-                participant_id=participant.id,
+                participant_id=participant_id,
                 task=wanted.task,
                 repeats=None,
                 position=position,
@@ -220,11 +225,13 @@ def find(db: Session, participant_id: str, query_id: str) -> QueryRow:
     return query
 
 
-def record(db: Session, participant: ParticipantRow, answer: AnswerIn) -> bool:
+def record(
+    db: Session, participant: ParticipantRow, at: flow.Here, answer: AnswerIn
+) -> list[Question] | None:
     """Keep an answer; sending it again changes nothing.
 
     Returns:
-        Whether it is kept now (not before).
+        The questions on the person's screen now; None if the answer was kept before.
 
     Raises:
         IdReused: If the id was used for another answer.
@@ -242,27 +249,26 @@ def record(db: Session, participant: ParticipantRow, answer: AnswerIn) -> bool:
         )
         if not same:
             raise IdReused
-        return False
+        return None
     query = find(db, participant.id, str(answer.query_id))
-    at = flow.here(db, participant)
     if at.step.key != f"queries/{query.task}":
         raise WrongStep("The robot has learned from your answers already; they stay as they are.")
-    on_screen = {q.query.id for q in asked(db, participant, at.task)}
-    if str(answer.query_id) not in on_screen:
+    drawn = participants.queries_of(db, participant.id, query.task)
+    answers = participants.latest_answers(db, participant.id)
+    if query.id not in {q.query.id for q in on_screen(drawn, answers, at.task)}:
         raise UnknownQuery
-    db.add(
-        AnswerRow(
-            id=str(answer.id),
-            participant_id=participant.id,
-            query_id=str(answer.query_id),
-            h_x=h_x,
-            h_y=h_y,
-            thinking_time_s=answer.thinking_time_s,
-            answered_at=datetime.now(UTC),
-        )
+    kept = AnswerRow(
+        id=str(answer.id),
+        participant_id=participant.id,
+        query_id=query.id,
+        h_x=h_x,
+        h_y=h_y,
+        thinking_time_s=answer.thinking_time_s,
+        answered_at=datetime.now(UTC),
     )
+    db.add(kept)
     db.flush()
-    return True
+    return on_screen(drawn, answers | {query.id: kept}, at.task)
 
 
 def as_path(query: QueryRow) -> np.ndarray:

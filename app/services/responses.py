@@ -19,11 +19,13 @@ class BadResponse(JoymapError):
     kind = "bad-response"
 
 
-def record(db: Session, participant: ParticipantRow, given: QuestionnaireIn) -> bool:
+def record(
+    db: Session, participant: ParticipantRow, at: flow.Here, given: QuestionnaireIn
+) -> flow.Here | None:
     """Keep a questionnaire and take the step; the same id again changes nothing.
 
     Returns:
-        Whether it is kept now (not before).
+        Where they are now; None if it was kept before.
 
     Raises:
         IdReused: If the id was used for something else.
@@ -31,9 +33,9 @@ def record(db: Session, participant: ParticipantRow, given: QuestionnaireIn) -> 
         BadResponse: If an item is missing, unknown, answered twice, or answered with something
             it does not allow.
     """
-    at = flow.here(db, participant)
-    if not flow.advance(db, participant, str(given.id), "questions", given.key):
-        return False
+    after = flow.advance(db, participant, at, str(given.id), "questions", given.key)
+    if after is None:
+        return None
     questionnaire = protocols.find_questionnaire(at.protocol, at.step.questionnaire or "")
     assert questionnaire is not None, "a protocol's questionnaires are checked when it is kept"
     answers = {response.item: response for response in given.responses}
@@ -60,7 +62,7 @@ def record(db: Session, participant: ParticipantRow, given: QuestionnaireIn) -> 
                 received_at=now,
             )
         )
-    return True
+    return after
 
 
 def _fits(item: Item, value: int | str, ways: int) -> bool:

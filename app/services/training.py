@@ -73,9 +73,10 @@ class TrainingOutcome:
     training_s: float
 
 
-def enqueue(db: Session, participant: ParticipantRow, task: TaskProtocol) -> JobRow:
+def enqueue(
+    db: Session, participant: ParticipantRow, task: TaskProtocol, questions: list[Question]
+) -> JobRow:
     """Queue the training for a task on the answers as they are now."""
-    questions = queries.asked(db, participant, task)
     job = JobRow(
         id=str(uuid.uuid4()),
         participant_id=participant.id,
@@ -212,9 +213,10 @@ def retrain(db: Session, participant: ParticipantRow, task: str) -> None:
         return
     if job.state in ("queued", "running"):
         raise WrongStep("A training for this task is going on already.")
-    if job.data_hash == data_hash(participant, queries.asked(db, participant, asked)):
+    questions = queries.asked(db, participant, asked)
+    if job.data_hash == data_hash(participant, questions):
         raise WrongStep("These answers were learned already; a training would give the same.")
-    enqueue(db, participant, asked)
+    enqueue(db, participant, asked, questions)
 
 
 def is_ready(db: Session, participant: ParticipantRow, task: str) -> bool:

@@ -4,7 +4,7 @@ In a study nothing of this names a strategy: ways of steering are counted, and t
 they come is the server's to know.
 """
 
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 
 from sqlalchemy.orm import Session
 
@@ -36,13 +36,40 @@ _FREE_WAY = {
 }
 
 
-def session_of(db: Session, participant: ParticipantRow) -> SessionOut:
-    """Where the participant is."""
-    at = flow.here(db, participant)
+@dataclass(frozen=True)
+class Snapshot:
+    """What a transaction saw of somebody: all that their page is made of.
+
+    Attributes:
+        participant: They.
+        at: Where they are.
+        questions: What their page shows of a task's questions.
+        drives_made: How many attempts of a block count.
+        open_drive: The drive of a block that goes on, if one does.
+    """
+
+    participant: ParticipantRow
+    at: flow.Here
+    questions: list[queries.Question]
+    drives_made: int
+    open_drive: str | None
+
+
+def snapshot(
+    db: Session, participant: ParticipantRow, at: flow.Here, questions: list[queries.Question]
+) -> Snapshot:
+    """Where a participant is, with the questions that are on their screen there."""
+    if at.step.kind != "block":
+        return Snapshot(participant, at, questions, 0, None)
+    made, still_open = drives.made(db, participant, at), drives.still_open(db, participant)
+    return Snapshot(participant, at, questions, made, still_open)
+
+
+def session_of(seen: Snapshot) -> SessionOut:
+    """Where the participant is, as their page is told it."""
+    participant, at, questions = seen.participant, seen.at, seen.questions
     step, protocol = at.step, at.protocol
     is_asking = step.kind == "queries"
-    is_asked = step.kind in ("queries", "training", "driving")
-    questions = queries.asked(db, participant, at.task) if is_asked else []
     return SessionOut(
         study=protocol.title,
         state="active" if participant.state == "abandoned" else participant.state,  # type: ignore[arg-type]
@@ -54,7 +81,7 @@ def session_of(db: Session, participant: ParticipantRow) -> SessionOut:
         props=None if step.task is None else PropsOut.model_validate(get_task(step.task).props),
         way=_way(at),
         may_withdraw=participant.state == "active" and step.kind not in ("consent", "end"),
-        block=_block(db, participant, at) if step.kind == "block" else None,
+        block=_block(seen) if step.kind == "block" else None,
         questions=_questions(at) if step.kind == "questions" else None,
         end=_end(participant, at) if step.kind == "end" else None,
         consent=ConsentOut(
@@ -125,15 +152,15 @@ def _query(question: queries.Question) -> QueryOut:
     return QueryOut(id=question.query.id, position=question.query.position, answer=given)
 
 
-def _block(db: Session, participant: ParticipantRow, at: flow.Here) -> BlockOut:
-    made = drives.made(db, participant, at)
+def _block(seen: Snapshot) -> BlockOut:
+    at, made = seen.at, seen.drives_made
     return BlockOut(
         position=at.step.position or 1,
         of=len(at.order),
         drives_wanted=at.protocol.drives,
         drives_made=min(made, at.protocol.drives),
         may_continue=made >= at.protocol.drives,
-        open_drive=drives.still_open(db, participant),
+        open_drive=seen.open_drive,
     )
 
 

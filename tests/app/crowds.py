@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 
 from app.errors import IdReused
 from app.schemas.participants import AnswerIn
-from app.services import enrolment, queries
+from app.services import enrolment, flow, queries
 from app.storage import participants, studies
 from app.storage.database import Database
 from app.storage.tables import AnswerRow, AuditRow, ParticipantRow, StudyRow
@@ -130,7 +130,8 @@ def _tab(
         for answer in orders[tab]:
             with database.write() as db:
                 try:
-                    queries.record(db, db.get_one(ParticipantRow, who_id), answer)
+                    who = db.get_one(ParticipantRow, who_id)
+                    queries.record(db, who, flow.here(db, who), answer)
                 except IdReused:
                     refused.append(answer)
 

@@ -39,7 +39,7 @@ def client(tmp_path_factory: pytest.TempPathFactory) -> Generator[TestClient]:
 def answer_until_enough(page: Page, noise_cv: float) -> int:
     """Answer as a mirrored person would, until the questions end; how many that took."""
     service: Any = page.client.app.state.service  # type: ignore[attr-defined]
-    unit_m = service.survey("plane").unit_m
+    unit_m = service.steps.survey("plane").unit_m
     preference = parse_preference("mirrored+rotated:30", np.random.default_rng(0))
     person = SimulatedHuman(get_task("plane"), preference, np.full(2, unit_m), noise_cv)
     rng = np.random.default_rng(5)
@@ -47,7 +47,7 @@ def answer_until_enough(page: Page, noise_cv: float) -> int:
     moves = {row.id: row for row in page.rows(QueryRow)}
     for count, query_id in enumerate(asked, start=1):
         before, after = (
-            service.kinematics.hand_pose(np.array(q))
+            service.steps.kinematics.hand_pose(np.array(q))
             for q in (moves[query_id].s, moves[query_id].next_s)
         )
         h = person.label(before, after, rng)

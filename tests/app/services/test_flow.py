@@ -56,11 +56,18 @@ def test_every_step_is_reached_from_the_one_before(database: Database) -> None:
         steps = flow.here(db, participant).steps
         for leaves, arrives in itertools.pairwise(steps):
             assert flow.here(db, participant).step == leaves
-            assert flow.advance(db, participant, str(uuid.uuid4()), leaves.kind, leaves.key)
+            assert flow.advance(
+                db,
+                participant,
+                flow.here(db, participant),
+                str(uuid.uuid4()),
+                leaves.kind,
+                leaves.key,
+            )
             assert flow.here(db, participant).step == arrives
             assert participant.state == ("completed" if arrives.kind == "end" else "active")
         with pytest.raises(WrongStep):
-            flow.advance(db, participant, str(uuid.uuid4()), "end")
+            flow.advance(db, participant, flow.here(db, participant), str(uuid.uuid4()), "end")
 
 
 @pytest.mark.parametrize("step", FREE_STEPS)
@@ -73,7 +80,7 @@ def test_no_step_can_be_skipped_or_taken_twice(
         if step == leaves:
             return
         with pytest.raises(WrongStep):
-            flow.advance(db, participant, str(uuid.uuid4()), leaves)
+            flow.advance(db, participant, flow.here(db, participant), str(uuid.uuid4()), leaves)
         assert kind_of(db, participant) == step
 
 
@@ -84,16 +91,20 @@ def test_of_two_steps_of_a_kind_only_the_right_one_can_be_left(database: Databas
         assert flow.here(db, participant).step.key == "block/avoid/1"
         for wrong in ("block/avoid/2", "block/pour-cup/1", "consent"):
             with pytest.raises(WrongStep):
-                flow.advance(db, participant, str(uuid.uuid4()), "block", wrong)
-        assert flow.advance(db, participant, str(uuid.uuid4()), "block", "block/avoid/1")
+                flow.advance(
+                    db, participant, flow.here(db, participant), str(uuid.uuid4()), "block", wrong
+                )
+        assert flow.advance(
+            db, participant, flow.here(db, participant), str(uuid.uuid4()), "block", "block/avoid/1"
+        )
 
 
 def test_the_same_step_sent_again_changes_nothing(database: Database) -> None:
     with database.write() as db:
         participant = make_participant(db)
         event_id = str(uuid.uuid4())
-        assert flow.advance(db, participant, event_id, "consent")
-        assert not flow.advance(db, participant, event_id, "consent")
+        assert flow.advance(db, participant, flow.here(db, participant), event_id, "consent")
+        assert not flow.advance(db, participant, flow.here(db, participant), event_id, "consent")
         assert kind_of(db, participant) == "practice"
         assert db.query(EventRow).count() == 1
 
@@ -102,8 +113,8 @@ def test_an_id_used_for_one_step_is_refused_for_another(database: Database) -> N
     with database.write() as db:
         participant, other = make_participant(db), make_participant(db)
         event_id = str(uuid.uuid4())
-        flow.advance(db, participant, event_id, "consent")
+        flow.advance(db, participant, flow.here(db, participant), event_id, "consent")
         with pytest.raises(IdReused):
-            flow.advance(db, participant, event_id, "practice")
+            flow.advance(db, participant, flow.here(db, participant), event_id, "practice")
         with pytest.raises(IdReused):
-            flow.advance(db, other, event_id, "consent")
+            flow.advance(db, other, flow.here(db, other), event_id, "consent")

@@ -4,7 +4,7 @@ import pytest
 
 from app.errors import IdReused, UnknownQuery, WrongStep
 from app.schemas.protocol import TaskProtocol
-from app.services import queries
+from app.services import flow, queries
 from app.storage import participants
 from app.storage.database import Database
 from app.storage.tables import AnswerRow
@@ -20,8 +20,8 @@ def test_an_answer_sent_again_is_one_row(database: Database) -> None:
         participant = make_participant(db, step="queries", moves=DRAWN)
         query = participants.queries_of(db, participant.id, "plane")[0]
         answer = make_answer(query)
-        assert queries.record(db, participant, answer)
-        assert not queries.record(db, participant, answer)
+        assert queries.record(db, participant, flow.here(db, participant), answer)
+        assert not queries.record(db, participant, flow.here(db, participant), answer)
         assert db.query(AnswerRow).count() == 1
 
 
@@ -30,22 +30,26 @@ def test_an_id_with_other_contents_is_refused(database: Database) -> None:
         participant = make_participant(db, step="queries", moves=DRAWN)
         first, second = participants.queries_of(db, participant.id, "plane")[:2]
         answer = make_answer(first)
-        queries.record(db, participant, answer)
+        queries.record(db, participant, flow.here(db, participant), answer)
         for changed in (
             make_answer(first, h=(0.4, 0.0), id=answer.id),
             make_answer(second, id=answer.id),
             make_answer(first, h=None, id=answer.id),
         ):
             with pytest.raises(IdReused):
-                queries.record(db, participant, changed)
+                queries.record(db, participant, flow.here(db, participant), changed)
 
 
 def test_a_changed_answer_counts_and_the_earlier_one_is_kept(database: Database) -> None:
     with database.write() as db:
         participant = make_participant(db, step="queries", moves=DRAWN)
         query = participants.queries_of(db, participant.id, "plane")[0]
-        queries.record(db, participant, make_answer(query, h=(1.0, 0.0)))
-        queries.record(db, participant, make_answer(query, h=(0.0, 1.0)))
+        queries.record(
+            db, participant, flow.here(db, participant), make_answer(query, h=(1.0, 0.0))
+        )
+        queries.record(
+            db, participant, flow.here(db, participant), make_answer(query, h=(0.0, 1.0))
+        )
         (label,) = queries.labels_of(queries.asked(db, participant, PLANE))
         assert (label[1].h_x, label[1].h_y) == (0.0, 1.0)
         assert db.query(AnswerRow).count() == 2
@@ -57,7 +61,7 @@ def test_each_cannot_say_brings_one_more_question(database: Database) -> None:
         rows = participants.queries_of(db, participant.id, "plane")
         assert len(queries.asked(db, participant, PLANE)) == WANTED
         for answered, query in enumerate(rows, start=1):
-            queries.record(db, participant, make_answer(query, h=None))
+            queries.record(db, participant, flow.here(db, participant), make_answer(query, h=None))
             shown = len(queries.asked(db, participant, PLANE))
             assert shown == min(WANTED + answered, DRAWN)
 
@@ -66,11 +70,11 @@ def test_training_waits_until_everything_asked_is_answered(database: Database) -
     with database.write() as db:
         participant = make_participant(db, step="queries", moves=DRAWN)
         rows = participants.queries_of(db, participant.id, "plane")
-        queries.record(db, participant, make_answer(rows[0], h=None))
+        queries.record(db, participant, flow.here(db, participant), make_answer(rows[0], h=None))
         for query in rows[1:WANTED]:
-            queries.record(db, participant, make_answer(query))
+            queries.record(db, participant, flow.here(db, participant), make_answer(query))
             assert not queries.is_complete(queries.asked(db, participant, PLANE))
-        queries.record(db, participant, make_answer(rows[WANTED]))
+        queries.record(db, participant, flow.here(db, participant), make_answer(rows[WANTED]))
         assert queries.is_complete(queries.asked(db, participant, PLANE))
 
 
@@ -79,12 +83,12 @@ def test_someone_who_can_say_nothing_is_told_what_is_missing(database: Database)
         participant = make_participant(db, step="queries", moves=DRAWN)
         rows = participants.queries_of(db, participant.id, "plane")
         for query in rows:
-            queries.record(db, participant, make_answer(query, h=None))
+            queries.record(db, participant, flow.here(db, participant), make_answer(query, h=None))
         questions = queries.asked(db, participant, PLANE)
         assert not queries.is_complete(questions)
         assert "at least 5 moves" in (queries.notice(questions) or "")
         for query in rows[:5]:
-            queries.record(db, participant, make_answer(query))
+            queries.record(db, participant, flow.here(db, participant), make_answer(query))
         questions = queries.asked(db, participant, PLANE)
         assert len(queries.labels_of(questions)) == 5
         assert queries.notice(questions) is None
@@ -98,7 +102,12 @@ def test_queries_of_others_and_of_nobody_are_refused(database: Database) -> None
         not_yet_asked = participants.queries_of(db, participant.id, "plane")[WANTED]
         for query_id in (theirs.id, not_yet_asked.id, str(uuid.uuid4())):
             with pytest.raises(UnknownQuery):
-                queries.record(db, participant, make_answer(theirs, query_id=query_id))
+                queries.record(
+                    db,
+                    participant,
+                    flow.here(db, participant),
+                    make_answer(theirs, query_id=query_id),
+                )
         assert db.query(AnswerRow).count() == 0
 
 
@@ -108,5 +117,5 @@ def test_answers_count_only_while_questions_are_asked(database: Database, step: 
         participant = make_participant(db, step=step, moves=DRAWN)
         query = participants.queries_of(db, participant.id, "plane")[0]
         with pytest.raises(WrongStep):
-            queries.record(db, participant, make_answer(query))
+            queries.record(db, participant, flow.here(db, participant), make_answer(query))
         assert db.query(AnswerRow).count() == 0

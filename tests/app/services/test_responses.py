@@ -39,8 +39,8 @@ def somebody_at_the_end(db: Any) -> Any:
 def test_answers_are_kept_as_given_and_once(database: Database) -> None:
     with database.write() as db:
         participant, given = somebody_at_the_end(db), fill(GOOD | {"why": None})
-        assert responses.record(db, participant, given)
-        assert not responses.record(db, participant, given)
+        assert responses.record(db, participant, flow.here(db, participant), given)
+        assert not responses.record(db, participant, flow.here(db, participant), given)
         assert participant.state == "completed"
         kept = {row.item: row.value for row in db.query(ResponseRow)}
         assert kept == {"how": "35", "which": '"that"', "best": "3", "why": None}
@@ -63,7 +63,8 @@ def test_answers_are_kept_as_given_and_once(database: Database) -> None:
 )
 def test_what_an_item_does_not_allow_is_refused(database: Database, wrong: dict[str, Any]) -> None:
     with pytest.raises((BadResponse, ValueError)), database.write() as db:
-        responses.record(db, somebody_at_the_end(db), fill(GOOD | wrong))
+        participant = somebody_at_the_end(db)
+        responses.record(db, participant, flow.here(db, participant), fill(GOOD | wrong))
     with database.read() as db:
         assert db.query(ResponseRow).count() == 0
 
@@ -71,7 +72,8 @@ def test_what_an_item_does_not_allow_is_refused(database: Database, wrong: dict[
 def test_an_item_cannot_be_skipped(database: Database) -> None:
     given = {key: value for key, value in GOOD.items() if key != "how"}
     with pytest.raises(BadResponse, match=r"How\?"), database.write() as db:
-        responses.record(db, somebody_at_the_end(db), fill(given))
+        participant = somebody_at_the_end(db)
+        responses.record(db, participant, flow.here(db, participant), fill(given))
 
 
 def test_a_questionnaire_is_answered_when_it_is_asked(database: Database) -> None:
@@ -79,4 +81,4 @@ def test_a_questionnaire_is_answered_when_it_is_asked(database: Database) -> Non
         participant = somebody_at_the_end(db)
         participant.place -= 1
         with pytest.raises(WrongStep):
-            responses.record(db, participant, fill(GOOD))
+            responses.record(db, participant, flow.here(db, participant), fill(GOOD))

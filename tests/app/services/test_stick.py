@@ -57,7 +57,7 @@ def test_an_id_used_for_anything_else_is_refused_and_changes_nothing(database: D
     with database.write() as db:
         participant, other = make_participant(db), make_participant(db, step="practice")
         step_id, change = str(uuid.uuid4()), wanted(gain=2.0)
-        flow.advance(db, participant, step_id, "consent")
+        flow.advance(db, participant, flow.here(db, participant), step_id, "consent")
         assert stick.change(db, participant, change)
         for who, again in (
             (participant, wanted(id=change.id, gain=3.0)),
@@ -67,7 +67,7 @@ def test_an_id_used_for_anything_else_is_refused_and_changes_nothing(database: D
             with pytest.raises(IdReused):
                 stick.change(db, who, again)
         with pytest.raises(IdReused):
-            flow.advance(db, participant, str(change.id), "practice")
+            flow.advance(db, participant, flow.here(db, participant), str(change.id), "practice")
         assert stick.settings_of(participant).gain == 2.0
         assert stick.settings_of(other) == StickSettings()
 

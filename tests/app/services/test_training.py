@@ -23,8 +23,9 @@ def queued_job(database: Database) -> str:
     with database.write() as db:
         participant = make_participant(db, step="queries", moves=14)
         for query in participants.queries_of(db, participant.id, "plane")[:7]:
-            queries.record(db, participant, make_answer(query))
-        return training.enqueue(db, participant, PLANE).id
+            queries.record(db, participant, flow.here(db, participant), make_answer(query))
+        questions = queries.asked(db, participant, PLANE)
+        return training.enqueue(db, participant, PLANE, questions).id
 
 
 def state_of(database: Database, job_id: str) -> tuple[str, int, int]:
@@ -105,7 +106,9 @@ def test_other_answers_have_another_hash(database: Database) -> None:
         participant = participants.everyone(db)[0]
         before = training.data_hash(participant, queries.asked(db, participant, PLANE))
         query = participants.queries_of(db, participant.id, "plane")[3]
-        queries.record(db, participant, make_answer(query, h=(0.5, -0.500001)))
+        queries.record(
+            db, participant, flow.here(db, participant), make_answer(query, h=(0.5, -0.500001))
+        )
         assert training.data_hash(participant, queries.asked(db, participant, PLANE)) != before
 
 

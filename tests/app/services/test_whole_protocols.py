@@ -33,16 +33,16 @@ def do_all(db: Session, participant: ParticipantRow) -> None:
         at = flow.here(db, participant)
         step = at.step
         if step.kind != "questions":
-            assert flow.advance(db, participant, str(uuid.uuid4()), step.kind, step.key)
+            assert flow.advance(db, participant, at, str(uuid.uuid4()), step.kind, step.key)
             continue
-        shown = visit.session_of(db, participant).questions
+        shown = visit.session_of(visit.snapshot(db, participant, at, [])).questions
         assert shown is not None
         said = [
             {"item": item.key, "value": None, "answered_at": now()}
             for item in shown.questionnaire.items
         ]
         filled = {"id": uuid.uuid4(), "key": step.key, "responses": said}
-        assert responses.record(db, participant, QuestionnaireIn.model_validate(filled))
+        assert responses.record(db, participant, at, QuestionnaireIn.model_validate(filled))
         db.flush()
 
 
