@@ -4,7 +4,6 @@ from typing import Annotated
 
 from fastapi import APIRouter, Body, Depends, Request, Response
 from fastapi.concurrency import run_in_threadpool
-from sqlalchemy.orm import Session
 
 from app.routers.dependencies import Assistant, Here, Owner, Service, Viewer, same_origin
 from app.routers.descriptions import KEPT, MISSING, REFUSED, name_of
@@ -20,7 +19,6 @@ from app.schemas.experimenter import (
 from app.schemas.participants import WithdrawIn
 from app.services import audit, enrolment, measured, notes, overview, training, withdrawal
 from app.services.accounts import Experimenter
-from app.storage.tables import ParticipantRow
 
 router = APIRouter(
     prefix="/api/v1",
@@ -46,7 +44,7 @@ def exclude(participant_id: str, why: ReasonIn, me: Assistant, here: Here) -> Pa
         if row.excluded != why.reason:
             enrolment.exclude(row, why.reason)
             audit.note(db, me.id, "participant.exclude", row.id)
-        return _whole(here, db, row)
+    return _read(here, participant_id)
 
 
 @router.post("/participants/{participant_id}/include")
@@ -57,7 +55,7 @@ def include(participant_id: str, me: Assistant, here: Here) -> ParticipantOut:
         if row.excluded is not None:
             enrolment.exclude(row, None)
             audit.note(db, me.id, "participant.include", row.id)
-        return _whole(here, db, row)
+    return _read(here, participant_id)
 
 
 @router.post("/participants/{participant_id}/link", status_code=201)
@@ -78,7 +76,7 @@ def revoke(participant_id: str, me: Assistant, here: Here) -> ParticipantOut:
         if row.token_hash is not None:
             enrolment.revoke(row)
             audit.note(db, me.id, "participant.revoke", row.id)
-        return _whole(here, db, row)
+    return _read(here, participant_id)
 
 
 @router.post("/participants/{participant_id}/notes", status_code=201, responses=KEPT)
@@ -87,7 +85,7 @@ def add_note(participant_id: str, note: NoteIn, me: Assistant, here: Here) -> Pa
     with here.database.write() as db:
         row = enrolment.by_id(db, participant_id)
         notes.add(db, me.id, row, str(note.id), note.text)
-        return _whole(here, db, row)
+    return _read(here, participant_id)
 
 
 @router.post("/participants/{participant_id}/retrain", responses=KEPT)
@@ -123,11 +121,8 @@ async def withdraw(
 
 def _read(here: Service, participant_id: str) -> ParticipantOut:
     with here.database.read() as db:
-        return _whole(here, db, enrolment.by_id(db, participant_id))
-
-
-def _whole(here: Service, db: Session, row: ParticipantRow) -> ParticipantOut:
-    return overview.whole(db, row, here.live.connected(), here.settings.teleop_rate_hz)
+        row = enrolment.by_id(db, participant_id)
+        return overview.whole(db, row, here.live.connected(), here.settings.teleop_rate_hz)
 
 
 def _retrain(here: Service, participant_id: str, task: str, me: Experimenter) -> ParticipantOut:
@@ -135,7 +130,7 @@ def _retrain(here: Service, participant_id: str, task: str, me: Experimenter) ->
         row = enrolment.by_id(db, participant_id)
         training.retrain(db, row, task)
         audit.note(db, me.id, "participant.retrain", row.id, task=task)
-        return _whole(here, db, row)
+    return _read(here, participant_id)
 
 
 def _withdraw(

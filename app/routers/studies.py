@@ -4,7 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Depends, Header, Query, Request, Response
 
-from app.routers.dependencies import Assistant, Here, Viewer, same_origin
+from app.routers.dependencies import Assistant, Here, Service, Viewer, same_origin
 from app.routers.descriptions import CHANGED, KEPT, MISSING, REFUSED, name_of
 from app.routers.etags import unless_known
 from app.schemas.choices import ChoicesOut
@@ -60,7 +60,8 @@ def make_study(new: NewStudyIn, me: Assistant, here: Here) -> StudyOut:
     """Make a study from YAML or data; the same twice is one."""
     protocol = studies.read(new)
     with here.database.write() as db:
-        return studies.whole(db, studies.create(db, me, str(new.id), protocol))
+        studies.create(db, me, str(new.id), protocol)
+    return _whole(here, str(new.id))
 
 
 @router.get("/studies/{study_id}", responses=MISSING)
@@ -85,16 +86,16 @@ def change_protocol(
     """Another protocol: a new version, if somebody has enrolled under this one."""
     protocol = studies.read(content)
     with here.database.write() as db:
-        study = studies.change(db, me, study_id, protocol, if_match)
-        response.headers["ETag"] = f'"{studies.tag_of(db, study)}"'
-        return studies.whole(db, study)
+        studies.change(db, me, study_id, protocol, if_match)
+    return read_study(study_id, me, here, response)
 
 
 @router.post("/studies/{study_id}/state", responses=MISSING)
 def change_state(study_id: str, wanted: StudyStateIn, me: Assistant, here: Here) -> StudyOut:
     """Let people in, or nobody any more; who is in goes on."""
     with here.database.write() as db:
-        return studies.whole(db, studies.set_state(db, me, study_id, wanted.state))
+        studies.set_state(db, me, study_id, wanted.state)
+    return _whole(here, study_id)
 
 
 @router.post("/studies/{study_id}/link", status_code=201, responses=MISSING)
@@ -155,3 +156,8 @@ def add_participants(
             for row, token in made
         ]
     )
+
+
+def _whole(here: Service, study_id: str) -> StudyOut:
+    with here.database.read() as db:
+        return studies.whole(db, studies.find(db, study_id))

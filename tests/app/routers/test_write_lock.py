@@ -13,13 +13,13 @@ import pytest
 from fastapi.testclient import TestClient
 from sqlalchemy.orm import Session
 
-from app.services import enrolment, flow, queries, training
+from app.services import enrolment, flow, overview, queries, studies, training
 from app.storage import participants
 from app.storage.database import Database
 from app.storage.tables import DriveRow, EventRow, JobRow, ParticipantRow, QueryRow
 from models.kinematics import Kinematics
 from models.tasks import get_task
-from tests.app.factories import make_study, now
+from tests.app.factories import SMALL, make_study, now
 from tests.app.routers.conftest import database_of
 
 LABELS = 5
@@ -198,6 +198,30 @@ def test_what_is_refused_is_refused_before_anything_is_drawn(
     assert person.post("block", key="block/avoid/3").status_code == 409
     assert Person(office).post("practice").status_code == 409
     assert "sample_pool" not in numerics.free + numerics.locked
+
+
+def test_what_experimenters_are_told_is_put_together_while_others_can_write(
+    office: TestClient, numerics: Numerics, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module in (overview, studies):
+        monkeypatch.setattr(module, "whole", numerics.noted(module.whole))
+    person, study = f"/api/v1/participants/{Person(office).id}", str(uuid.uuid4())
+    made = {"id": study, "protocol": SMALL}
+    path = f"/api/v1/studies/{study}"
+    asked = [
+        office.post(f"{person}/exclude", json={"reason": "Was only trying."}),
+        office.post(f"{person}/include"),
+        office.post(f"{person}/notes", json={"id": str(uuid.uuid4()), "text": "Was late."}),
+        office.post(f"{person}/revoke"),
+        office.post("/api/v1/studies", json=made),
+        office.put(f"{path}/protocol", json={"protocol": SMALL | {"drives": 2}}),
+        office.post(f"{path}/state", json={"state": "closed"}),
+    ]
+    assert all(answered.is_success for answered in asked), [each.text for each in asked]
+    assert numerics.free.count("whole") == len(asked)
+    assert numerics.locked == []
+    assert asked[0].json()["excluded"] == "Was only trying."
+    assert asked[-1].json()["state"] == "closed"
 
 
 def at_once(*calls: Callable[[], Any]) -> list[Any]:
