@@ -22,9 +22,9 @@ from app.services.queries import Question
 from app.storage.database import Database
 from app.storage.tables import ParticipantRow
 from models.controller import LatentController
+from models.fitting import Labels
 from models.kinematics import Kinematics
 from models.task_space import Survey
-from models.fitting import Labels
 
 T = TypeVar("T")
 

@@ -14,7 +14,7 @@ from sqlalchemy.orm import undefer
 from app.jobs import worker
 from app.jobs.supervisor import Supervisor
 from app.schemas.protocol import TaskProtocol
-from app.services import queries, training
+from app.services import flow, queries, training
 from app.services.training import TrainedAlignment, TrainingOrder, TrainingOutcome
 from app.settings import Settings
 from app.storage import jobs, participants
@@ -80,8 +80,9 @@ class Office:
         with self.database.write() as db:
             participant = make_participant(db, step="queries", moves=14)
             for query in participants.queries_of(db, participant.id, "plane")[:7]:
-                queries.record(db, participant, make_answer(query))
-            return training.enqueue(db, participant, PLANE).id
+                queries.record(db, participant, flow.here(db, participant), make_answer(query))
+            asked = queries.asked(db, participant, PLANE)
+            return training.enqueue(db, participant, PLANE, asked).id
 
     def job(self, job_id: str) -> JobRow:
         with self.database.read() as db:

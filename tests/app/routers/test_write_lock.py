@@ -83,7 +83,7 @@ class Person:
 
     def count(self, table: Any) -> int:
         with database_of(self.office).read() as db:
-            return db.query(table).filter(table.participant_id == self.id).count()
+            return int(db.query(table).filter(table.participant_id == self.id).count())
 
 
 class Numerics:
