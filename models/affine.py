@@ -21,7 +21,7 @@ class AffineAlignment(Alignment):
     controller_hash: str
 
     def __call__(self, h: HumanInput, s: JointPositions) -> LatentAction:
-        """The same wherever the arm is."""
+        """The latent action, independent of the state."""
         check_batch(h, s)
         z: np.ndarray = h @ self.matrix.T + self.offset
         return z

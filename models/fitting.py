@@ -1,7 +1,7 @@
 """The one seam of every method: a problem goes in, an alignment comes out.
 
 A :class:`Method` learns z = f(h, s) from a :class:`FitProblem`, and reads an alignment of its kind
-back from the numbers in a file. Whoever trains, simulates, saves or drives knows no more of it.
+back from the numbers in a file. Simulations, trainings, checkpoints and drives use nothing else.
 """
 
 from abc import ABC, abstractmethod
@@ -113,7 +113,7 @@ Report = Callable[[Progress], None]
 
 
 def no_report(progress: Progress) -> None:
-    """Report progress to nobody."""
+    """Ignore progress."""
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ class Method(ABC):
     """A way to come by an alignment.
 
     Attributes:
-        is_learned: Whether the answers decide what comes out, so that it is trained and kept.
+        is_learned: Whether the answers decide the result, so that it is trained and saved.
     """
 
     is_learned = True
@@ -152,7 +152,7 @@ class Method(ABC):
         Args:
             problem: Answers, unlabelled samples, and what the alignment is for.
             seed: All chance: the same seed gives the same bits.
-            report: Told now and then, in the calling thread.
+            report: Called with progress now and then, in the calling thread.
 
         Raises:
             TooFewLabelsError: If there are too few answers to learn from.
