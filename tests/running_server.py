@@ -19,8 +19,7 @@ from sqlalchemy.orm import Session
 
 from app.storage.database import make_engine
 from models.panda_pack import default_folder
-
-START_LIMIT_S = 60.0
+from tests.patience import PATIENCE_S
 
 
 def children_of(pid: int) -> list[int]:
@@ -51,7 +50,7 @@ class RunningServer:
                 env=environment,
                 start_new_session=True,
             )
-        deadline = time.monotonic() + START_LIMIT_S
+        deadline = time.monotonic() + PATIENCE_S
         links: dict[str, str] = {}
         while len(links) < 2:
             text = self.log_path.read_bytes()[begin:].decode()
@@ -149,7 +148,7 @@ class Participant:
     def answer(self, query_id: str, h: Any, **body: Any) -> httpx.Response:
         return self.post("answers", query_id=query_id, h=h, thinking_time_s=1.0, **body)
 
-    def wait_for_training(self, limit_s: float = 60.0) -> dict[str, Any]:
+    def wait_for_training(self, limit_s: float = PATIENCE_S) -> dict[str, Any]:
         deadline = time.monotonic() + limit_s
         while time.monotonic() < deadline:
             status: dict[str, Any] = self.http.get("training").raise_for_status().json()

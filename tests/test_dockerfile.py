@@ -19,6 +19,7 @@ from pathlib import Path
 import pytest
 
 from tests import locked_packages
+from tests.patience import PATIENCE_S
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -75,14 +76,14 @@ def test_its_install_and_start_lines_run_in_a_clean_environment(tmp_path: Path) 
         command, cwd=work, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
     )
     try:
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + PATIENCE_S
         while subprocess.run(check, cwd=work, env=environment, stderr=-3, check=False).returncode:
             assert server.poll() is None, server.stdout.read().decode()  # type: ignore[union-attr]
             assert time.monotonic() < deadline, "the health check never passed"
             time.sleep(0.3)
     finally:
         server.terminate()
-        output = server.communicate(timeout=20)[0].decode()
+        output = server.communicate(timeout=PATIENCE_S)[0].decode()
     assert re.search(r"participant +http://127\.0\.0\.1:8000/p/\S{40,}", output)
     assert (data / "joymap.db").is_file()
 

@@ -25,6 +25,7 @@ from models.kinematics import HandPose
 from models.panda_pack import default_folder
 from models.preferences import axes, parse_preference
 from models.tasks import get_task
+from tests.patience import PATIENCE_S
 from tests.running_server import children_of, running_server
 
 PROTOCOL = {
@@ -125,7 +126,7 @@ def test_bots_that_are_ended_leave_no_server_and_no_half_export(
         assert len(servers) == 1
     finally:
         bots.send_signal(how)
-        _, heard = bots.communicate(timeout=40.0)
+        _, heard = bots.communicate(timeout=PATIENCE_S)
     assert heard == "joymap bots: Stopped before it was done.\n"
     assert bots.returncode == 130
     assert not Path(f"/proc/{servers[0]}").exists()
@@ -133,7 +134,7 @@ def test_bots_that_are_ended_leave_no_server_and_no_half_export(
 
 
 def _until(is_so: Callable[[], bool]) -> None:
-    limit_s = time.monotonic() + 40.0
+    limit_s = time.monotonic() + PATIENCE_S
     while not is_so():
         assert time.monotonic() < limit_s
         time.sleep(0.02)

@@ -24,6 +24,7 @@ from websockets.typing import Origin, Subprotocol
 from app.storage.database import make_engine
 from app.storage.tables import AlignmentRow, AnswerRow, DriveRow, JobRow, SampleChunkRow
 from app.storage.ticks import COLUMNS, unpack
+from tests.patience import PATIENCE_S
 from tests.running_server import Participant, RunningServer, running_server
 
 VISER = Subprotocol("viser-v1.1.1")
@@ -62,7 +63,7 @@ def live(participant: Participant, tab: str | None = None, **options: Any) -> Cl
     return connect(f"{address}/live?tab={tab or uuid.uuid4()}", **options)
 
 
-def hear(socket: Connection, kind: str, limit_s: float = 5.0, **wanted: Any) -> Any:
+def hear(socket: Connection, kind: str, limit_s: float = PATIENCE_S, **wanted: Any) -> Any:
     """The next message of a kind with these contents."""
     deadline = time.monotonic() + limit_s
     while time.monotonic() < deadline:
@@ -186,7 +187,7 @@ def test_a_message_too_long_ends_the_connection_and_not_the_server(driver: Parti
     with pytest.raises(ConnectionClosed), live(driver) as socket:
         socket.send("x" * (1 << 20))
         for _ in range(200):
-            socket.recv(timeout=5)
+            socket.recv(timeout=PATIENCE_S)
     assert driver.session()["step"] == "driving"
 
 
@@ -229,7 +230,7 @@ def test_the_stick_says_nothing_before_the_training(server: RunningServer) -> No
 def test_what_a_scene_page_sends_is_dropped(driver: Participant, server: RunningServer) -> None:
     address = driver.link.replace("http", "ws", 1)
     with connect(f"{address}/scene", subprotocols=[VISER], max_size=None) as scene:
-        assert len(scene.recv(timeout=5)) > 1000
+        assert len(scene.recv(timeout=PATIENCE_S)) > 1000
         for junk in (b"", b"\xff" * 100, "text"):
             scene.send(junk)
         time.sleep(0.3)
@@ -238,7 +239,7 @@ def test_what_a_scene_page_sends_is_dropped(driver: Participant, server: Running
             # Where earlier drives have left the arm at an edge, one of the two moves it.
             steer(socket, 0.0, -0.5, 0.5)
             steer(socket, 0.0, 0.5, 0.5)
-        assert scene.recv(timeout=5)
+        assert scene.recv(timeout=PATIENCE_S)
     assert "Traceback" not in server.log()
 
 
@@ -299,13 +300,13 @@ def test_a_page_that_was_away_before_a_drive_is_waited_for(tmp_path: Path) -> No
         participant.post("drives", strategy="no-align").raise_for_status()
         time.sleep(1.2)  # whoever is away is looked for once a second
         with live(participant) as page:
-            assert json.loads(page.recv(timeout=5))["drive_id"] is not None
+            assert json.loads(page.recv(timeout=PATIENCE_S))["drive_id"] is not None
             steer(page, 0.0, 0.5, 0.3)
         (drive,) = rows(tmp_path, DriveRow)
         assert drive.end is None
 
 
-def wait_for_state(data_dir: Path, state: str, limit_s: float = 30.0) -> Any:
+def wait_for_state(data_dir: Path, state: str, limit_s: float = PATIENCE_S) -> Any:
     deadline = time.monotonic() + limit_s
     while time.monotonic() < deadline:
         (job,) = rows(data_dir, JobRow)
@@ -340,7 +341,7 @@ def test_a_training_survives_a_killed_server_and_ends_once(tmp_path: Path) -> No
     wait_for_state(data_dir, "running")
     children = server.children()
     server.kill()
-    deadline = time.monotonic() + 5
+    deadline = time.monotonic() + PATIENCE_S
     while any(Path(f"/proc/{pid}").exists() for pid in children) and time.monotonic() < deadline:
         time.sleep(0.05)
     assert not any(Path(f"/proc/{pid}").exists() for pid in children)  # workers die with it

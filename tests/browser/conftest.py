@@ -3,9 +3,10 @@
 from collections.abc import Generator
 
 import pytest
-from playwright.sync_api import Browser, sync_playwright
+from playwright.sync_api import Browser, expect, sync_playwright
 
 from tests.browser.find_browser import ARGUMENTS, find
+from tests.patience import PATIENCE_S
 from tests.running_server import RunningServer, running_server
 
 
@@ -13,6 +14,7 @@ from tests.running_server import RunningServer, running_server
 def browser() -> Generator[Browser]:
     path = find()
     assert path is not None, "no Chromium; 'python -m tests.browser.find_browser' gets one"
+    expect.set_options(timeout=1000 * PATIENCE_S)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=path, args=list(ARGUMENTS))
         yield browser

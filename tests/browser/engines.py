@@ -23,7 +23,8 @@ from playwright.sync_api import Browser, Page
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
-START_LIMIT_S = 60.0
+from tests.patience import PATIENCE_S
+
 HALF_WAY_MS = 100
 # What Firefox asks the network for by itself goes nowhere; addresses of this machine need no proxy.
 _FIREFOX: tuple[tuple[str, Any], ...] = (
@@ -53,7 +54,7 @@ class Tab(ABC):
     def flick(self, start: Point, end: Point) -> None:
         """Drag with the mouse, the last half of the way at one go, and let go at once."""
 
-    def wait(self, expression: str, limit_s: float = 20.0) -> Any:
+    def wait(self, expression: str, limit_s: float = PATIENCE_S) -> Any:
         """Wait until an expression holds; its value then."""
         deadline = time.monotonic() + limit_s
         while not (value := self.run(expression)):
@@ -99,7 +100,7 @@ class FirefoxTab(Tab):
         self._line.send(json.dumps(command))
         answer: dict[str, Any] = {}
         while answer.get("id") != self._sent:  # between them it may tell of events
-            answer = json.loads(self._line.recv(timeout=START_LIMIT_S))
+            answer = json.loads(self._line.recv(timeout=PATIENCE_S))
         assert answer["type"] == "success", answer
         return answer["result"]
 
@@ -202,7 +203,7 @@ def webkit_tab(program: str) -> Generator[Tab]:
         with (
             _running(command, DISPLAY=f":{display}", HOME=folder, LANG="en_US.UTF-8"),
             httpx.Client(
-                base_url=f"http://127.0.0.1:{port}", timeout=START_LIMIT_S, trust_env=False
+                base_url=f"http://127.0.0.1:{port}", timeout=PATIENCE_S, trust_env=False
             ) as http,
         ):
             _once_there(lambda: http.get("/status").raise_for_status())
@@ -234,7 +235,7 @@ def _running(
 
 def _once_there(read: Callable[[], Any]) -> Any:
     """What can be read once a program has come up."""
-    deadline = time.monotonic() + START_LIMIT_S
+    deadline = time.monotonic() + PATIENCE_S
     while True:
         try:
             return read()

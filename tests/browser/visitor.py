@@ -7,6 +7,7 @@ from typing import Any
 
 from playwright.sync_api import Browser, Page, ViewportSize, WebSocket
 
+from tests.patience import PATIENCE_S
 from tests.running_server import RunningServer
 
 LAPTOP: ViewportSize = {"width": 1280, "height": 800}
@@ -56,6 +57,7 @@ class Visitor:
 
     def open_tab(self) -> Page:
         page = self.context.new_page()
+        page.set_default_timeout(1000 * PATIENCE_S)
         page.on("pageerror", lambda error: self.complaints.append(str(error)))
         page.on("websocket", self._listen)
         self.status: dict[str, Any] = {}
@@ -72,7 +74,7 @@ class Visitor:
             self.status = message
             self.steered += message["mode"] == "driving" and message["hold"] in (None, "edge")
 
-    def wait_for_step(self, step: str, limit_s: float = 60.0) -> None:
+    def wait_for_step(self, step: str, limit_s: float = PATIENCE_S) -> None:
         place = f"body[data-step='{step}'][data-ready='true']"
         self.page.locator(place).wait_for(timeout=1000 * limit_s)
 
@@ -123,7 +125,7 @@ class Visitor:
     def step(self) -> str:
         return self.page.locator("body").get_attribute("data-step") or ""
 
-    def wait(self, holds: Any, limit_s: float = 20.0) -> None:
+    def wait(self, holds: Any, limit_s: float = PATIENCE_S) -> None:
         deadline = time.monotonic() + limit_s
         while not holds():
             assert time.monotonic() < deadline, "what was waited for did not come"

@@ -19,6 +19,7 @@ from app.analysis.simulation_run import run_cells
 from models.experiment import Cell, Row, run_cell
 from models.panda_pack import default_folder
 from tests.app.analysis.experiments import labels_rows, paper_rows, run_at_once
+from tests.patience import PATIENCE_S
 
 SMALL = ["--task", "plane", "--method", "no-align,manual-align", "--noise", "0", "--seeds", "3"]
 CELLS = [
@@ -53,7 +54,7 @@ def start(out: Path, *options: str) -> subprocess.Popen[str]:
 
 
 def wait_for_lines(out: Path, wanted: int) -> None:
-    deadline = time.monotonic() + 60.0
+    deadline = time.monotonic() + PATIENCE_S
     while not (out / "rows.jsonl").exists() or lines(out) < wanted:
         assert time.monotonic() < deadline
         time.sleep(0.005)
@@ -65,7 +66,7 @@ def lines(out: Path) -> int:
 
 def wait_for_end(leader: int) -> None:
     """Until no process of the group is left."""
-    deadline = time.monotonic() + 30.0
+    deadline = time.monotonic() + PATIENCE_S
     while True:
         try:
             os.killpg(leader, 0)
@@ -119,7 +120,7 @@ def test_ctrl_c_says_in_one_line_how_to_go_on(tmp_path: Path) -> None:
     process = start(tmp_path / "out", "--workers", "1", "--seeds", "9")
     wait_for_lines(tmp_path / "out", 1)
     os.killpg(process.pid, signal.SIGINT)  # a terminal tells the whole group
-    output, errors = process.communicate(timeout=30)
+    output, errors = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 130
     assert output == ""
     assert errors.splitlines() == [

@@ -12,6 +12,7 @@ from app.storage.tables import ParticipantRow
 from tests.app.exported import WAYS, drive, give
 from tests.app.factories import make_study
 from tests.app.routers.conftest import database_of
+from tests.patience import PATIENCE_S
 
 
 @pytest.fixture
@@ -26,7 +27,7 @@ def study_id(office: TestClient) -> str:
 def drawn(office: TestClient, address: str) -> dict[str, Any]:
     """Order the figures and wait until nothing is drawn any more."""
     assert office.post(address).status_code == 202
-    limit_s = time.monotonic() + 90.0
+    limit_s = time.monotonic() + PATIENCE_S
     while (found := office.get(address).json())["is_drawing"]:
         assert time.monotonic() < limit_s
         time.sleep(0.1)

@@ -17,6 +17,7 @@ from websockets.typing import Subprotocol
 
 from app.storage.tables import DriveRow, QueryRow, SampleChunkRow
 from app.storage.ticks import COLUMNS, unpack
+from tests.patience import PATIENCE_S
 from tests.running_server import Participant, RunningServer, running_server
 
 VISER = Subprotocol("viser-v1.1.1")
@@ -72,9 +73,9 @@ def open_socket(experimenter: httpx.Client, path: str, **options: Any) -> Client
 
 
 def hear(socket: Connection, **wanted: Any) -> dict[str, Any]:
-    deadline = time.monotonic() + 5.0
+    deadline = time.monotonic() + PATIENCE_S
     while time.monotonic() < deadline:
-        message: dict[str, Any] = json.loads(socket.recv(timeout=5.0))
+        message: dict[str, Any] = json.loads(socket.recv(timeout=PATIENCE_S))
         if all(message.get(name) == value for name, value in wanted.items()):
             return message
     raise AssertionError(f"nothing of {wanted} was heard")
@@ -108,7 +109,7 @@ def test_every_tick_can_be_seen_again(
         open_socket(experimenter, f"{path}/scene", subprotocols=[VISER], max_size=None) as scene,
         open_socket(experimenter, f"{path}/control") as socket,
     ):
-        assert len(scene.recv(timeout=5)) > 1000
+        assert len(scene.recv(timeout=PATIENCE_S)) > 1000
         first = hear(socket, tick=0)
         assert (first["ticks"], first["is_playing"]) == (len(rows), False)
         for tick in (1, 40, len(rows) - 1):
@@ -117,7 +118,7 @@ def test_every_tick_can_be_seen_again(
             hand = rows[tick, COLUMNS.index("hand_x") : COLUMNS.index("hand_z") + 1]
             assert np.allclose(shown["hand"], hand, atol=1e-4)
             assert shown["time_s"] == pytest.approx(rows[tick, 0] - rows[0, 0], abs=1e-3)
-            assert scene.recv(timeout=5)
+            assert scene.recv(timeout=PATIENCE_S)
         socket.send('{"type": "speed", "speed": 4.0}')
         socket.send('{"type": "play"}')
         hear(socket, is_playing=True)

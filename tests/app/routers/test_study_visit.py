@@ -27,6 +27,7 @@ from app.storage.tables import (
 )
 from models.panda_pack import default_folder
 from tests.app.factories import SMALL, make_study
+from tests.patience import PATIENCE_S
 
 PROTOCOL: dict[str, Any] = {
     "tasks": [
@@ -86,7 +87,7 @@ class Visitor:
         return session
 
     def learn(self) -> dict[str, Any]:
-        limit_s = time.monotonic() + 60.0
+        limit_s = time.monotonic() + PATIENCE_S
         while self._keep(self.client.get(f"/p/{self.token}/api/training"))["state"] != "succeeded":
             assert time.monotonic() < limit_s
             time.sleep(0.05)
@@ -104,7 +105,7 @@ class Visitor:
                 progress = status.get("progress")
                 if status.get("drive_id") == drive_id and progress and progress["end"]:
                     break
-        limit_s = time.monotonic() + 10.0
+        limit_s = time.monotonic() + PATIENCE_S
         while True:
             session = self.session()
             if session["block"]["may_continue"] or time.monotonic() > limit_s:

@@ -14,6 +14,7 @@ from app.services import enrolment
 from app.storage.tables import JobRow
 from tests.app.factories import enrol, make_study, now
 from tests.app.routers.conftest import database_of
+from tests.patience import PATIENCE_S
 
 
 def job(participant_id: str, task: str, state: str, ago_s: float) -> JobRow:
@@ -97,7 +98,7 @@ def test_who_is_live_can_be_looked_at_until_they_leave(office: TestClient) -> No
             session = office.app.state.service.live.existing(person_id)  # type: ignore[attr-defined]
             assert session.pages == 1, "who only watches is no page"
             page.close()
-            limit_s = time.monotonic() + 10.0
+            limit_s = time.monotonic() + PATIENCE_S
             with pytest.raises(WebSocketDisconnect):
                 while time.monotonic() < limit_s:
                     watched.receive_bytes()
