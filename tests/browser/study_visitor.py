@@ -7,9 +7,10 @@ from playwright.sync_api import Browser, Page, expect
 
 from app.schemas.protocol import NO_ALIGN
 from tests.browser.visitor import Visitor
+from tests.patience import PATIENCE_S
 from tests.running_server import Participant, RunningServer
 
-PATIENCE_MS = 30_000  # without a graphics card a page can stand still for seconds
+PATIENCE_MS = 1000 * PATIENCE_S
 
 PROTOCOL: dict[str, Any] = {
     "title": "A small study",
