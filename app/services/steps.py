@@ -6,8 +6,9 @@ transaction begins anew. What was worked out is known by all that it was made of
 changed meanwhile, it is not used.
 """
 
+import threading
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import partial
 from typing import Any, TypeVar
@@ -70,6 +71,7 @@ class Steps:
     controllers: dict[str, LatentController]
     kinematics: Kinematics
     survey: Callable[[str], Survey]
+    _working: threading.Lock = field(default_factory=threading.Lock)
 
     def session(self, participant_id: str) -> SessionOut:
         """Where the person is."""
@@ -187,7 +189,9 @@ class Steps:
                     row = db.get_one(ParticipantRow, participant_id)
                     return act(db, row, flow.here(db, row), worked_out)
             except _Wanted as wanted:
-                worked_out.add(wanted)
+                # One at a time: moving arms and whoever holds the lock need the interpreter, too.
+                with self._working:
+                    worked_out.add(wanted)
 
     def _draw(
         self, db: Session, row: ParticipantRow, task: TaskProtocol, worked_out: _WorkedOut

@@ -18,7 +18,7 @@ from rich.progress import track
 from rich.table import Table
 from websockets.asyncio.client import connect
 
-from tests.benchmarks import learning, sessions, studies
+from tests.benchmarks import learning, sessions, studies, write_lock
 from tests.running_server import Participant, running_server
 
 PARTICIPANTS = 7
@@ -50,7 +50,7 @@ def main() -> None:
             f"{p99:.1f} ms",
             "≤ 30 ms",
         )
-    for row in itertools.chain(studies.rows(), sessions.rows(), learning.rows()):
+    for row in itertools.chain(studies.rows(), write_lock.rows(), sessions.rows(), learning.rows()):
         table.add_row(*row)
     console.print(table)
     load = ", ".join(f"{value:.1f}" for value in os.getloadavg())

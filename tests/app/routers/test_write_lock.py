@@ -243,21 +243,53 @@ def at_once(*calls: Callable[[], Any]) -> list[Any]:
 def test_of_two_who_agree_at_once_one_set_of_questions_is_kept(
     office: TestClient, monkeypatch: pytest.MonkeyPatch, same: bool
 ) -> None:
-    both, draw = threading.Barrier(2), queries.draw
+    draw, advance = queries.draw, flow.advance
+    first_draws, second_wants = threading.Event(), threading.Event()
 
-    def draw_together(*args: Any) -> list[QueryRow]:
-        both.wait(30.0)
+    def draw_when_both_want_it(*args: Any) -> list[QueryRow]:
+        first_draws.set()
+        assert second_wants.wait(30.0)
         return draw(*args)
 
-    monkeypatch.setattr(queries, "draw", draw_together)
+    def note_second(*args: Any, **options: Any) -> Any:
+        if first_draws.is_set():
+            second_wants.set()
+        return advance(*args, **options)
+
+    monkeypatch.setattr(queries, "draw", draw_when_both_want_it)
+    monkeypatch.setattr(flow, "advance", note_second)
     person = Person(office, practice_s=0.0)
     first = str(uuid.uuid4())
     second = first if same else str(uuid.uuid4())
-    answers = at_once(lambda: person.agree(id=first), lambda: person.agree(id=second))
+    answers = at_once(
+        lambda: person.agree(id=first),
+        lambda: first_draws.wait(30.0) and person.agree(id=second),
+    )
     assert sorted(answer.status_code for answer in answers) == [200, 200 if same else 409]
     assert (person.count(QueryRow), person.count(EventRow)) == (DRAWN, 1)
     if same:
         assert answers[0].json() == answers[1].json()
+
+
+def test_moves_are_drawn_for_one_person_at_a_time(
+    office: TestClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    draw, people = queries.draw, [Person(office, practice_s=0.0) for _ in range(2)]
+    draws, together = threading.Semaphore(1), threading.Event()
+
+    def note_together(*args: Any) -> list[QueryRow]:
+        if not draws.acquire(blocking=False):
+            together.set()
+            return draw(*args)
+        together.wait(1.0)
+        drawn = draw(*args)
+        draws.release()
+        return drawn
+
+    monkeypatch.setattr(queries, "draw", note_together)
+    answers = at_once(*(person.agree for person in people))
+    assert [len(answer.json()["queries"]) for answer in answers] == [LABELS] * 2
+    assert not together.is_set()
 
 
 @pytest.mark.parametrize("erase", [True, False])
