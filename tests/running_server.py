@@ -39,6 +39,7 @@ class RunningServer:
             **{f"JOYMAP_{name.upper()}": str(value) for name, value in settings.items()},
         }
         self._experimenter: httpx.Client | None = None
+        self.owner: str | None = None  # who has used the printed link, in a browser
         self.data_dir, self.log_path = data_dir, data_dir / "server.log"
         data_dir.mkdir(parents=True, exist_ok=True)
         with self.log_path.open("ab") as log:
@@ -82,11 +83,12 @@ class RunningServer:
         return found
 
     def experimenter(self) -> httpx.Client:
-        """An owner's programs: the printed link makes the account at the first time."""
+        """An owner's programs; if nobody has used the printed link, it makes the account."""
         if self._experimenter is None:
             self._experimenter = httpx.Client(base_url=self.base_url, timeout=20.0)
-            who = {"name": "owner", "password": "correct horse"}
-            self._experimenter.post(self.experimenter_link, json=who).raise_for_status()
+            who = {"name": self.owner or "owner", "password": "correct horse"}
+            door = self.experimenter_link if self.owner is None else "/api/v1/login"
+            self._experimenter.post(door, json=who).raise_for_status()
         return self._experimenter
 
     def participant_links(self, count: int) -> list[str]:

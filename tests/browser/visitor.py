@@ -28,6 +28,7 @@ def sign_up(page: Page, server: RunningServer, link: str | None = None) -> None:
     page.get_by_test_id("name").fill("ada")
     page.get_by_test_id("password").fill("correct horse")
     page.get_by_test_id("open-dashboard").click()
+    server.owner = "ada"
     page.wait_for_url("**/dashboard")
 
 
