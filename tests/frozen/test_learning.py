@@ -23,8 +23,8 @@ LINES: list[dict[str, Any]] = KEPT["weights"]
 # On such a machine every bit must be as it was; on another one the numbers must be near.
 IS_SAME_MACHINE = KEPT["machine"] == learning.machine()
 # How far z may be, which is about 1 for the whole stick. What was found on one machine with other
-# kernels (AVX2 and OpenBLAS's Haswell, for AVX-512 and SkylakeX) was 3e-14 without a network, 6e-6
-# after a hundred steps of one, and 6e-3 after a thousand, where another seed gives 0.3.
+# kernels (AVX2 and OpenBLAS's Haswell, for AVX-512 and SkylakeX) was 2e-14 without a network, 6e-6
+# after a hundred steps of one, and 6e-3 after a thousand.
 EXACT, AFTER_FEW, AFTER_MANY = 1e-9, 1e-4, 5e-2
 # And the share by which a row's measures may differ: found were 4e-14, and 0.011 with a network.
 ROW_EXACT, ROW_LEARNED = 1e-9, 0.05
@@ -99,7 +99,7 @@ OLD_ROWS = {
     (row.task, row.method, row.noise, row.seed): row for row in read_rows(SIMULATION / "rows.csv")
 }
 AGAIN = [
-    *(("plane", method, 0.5, 1) for method in ("no-align", "manual-align", "ideal-align")),
+    *(("plane", method, 0.5, 1) for method in (*NO_NETWORK, "ideal-align")),
     *(("reach-and-pour", method, 0.5, 1) for method in ("all-priors", "task-space")),
 ]
 

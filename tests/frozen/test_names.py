@@ -26,12 +26,12 @@ def names_now(
 
 def test_every_frozen_name_is_still_there(names_now: Names) -> None:
     gone = names.missing(names.frozen(), names_now)
-    assert gone == [], "put back what programs, scripts and stored data know"
+    assert not gone, "put back what others rely on:\n" + "\n".join(gone)
 
 
 def test_every_name_is_frozen(names_now: Names) -> None:
     new = names.missing(names_now, names.frozen())
-    assert new == [], "if they are meant to last: python -m tests.frozen.names --add"
+    assert not new, "to keep them: python -m tests.frozen.names --add\n" + "\n".join(new)
 
 
 def test_the_file_of_names_is_in_order() -> None:
