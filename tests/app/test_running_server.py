@@ -341,7 +341,7 @@ def test_a_training_survives_a_killed_server_and_ends_once(tmp_path: Path) -> No
     wait_for_state(data_dir, "running")
     children = server.children()
     server.kill()
-    deadline = time.monotonic() + PATIENCE_S
+    deadline = time.monotonic() + 20
     while any(Path(f"/proc/{pid}").exists() for pid in children) and time.monotonic() < deadline:
         time.sleep(0.05)
     assert not any(Path(f"/proc/{pid}").exists() for pid in children)  # workers die with it
