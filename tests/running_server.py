@@ -85,7 +85,7 @@ class RunningServer:
     def experimenter(self) -> httpx.Client:
         """An owner's programs; if nobody has used the printed link, it makes the account."""
         if self._experimenter is None:
-            self._experimenter = httpx.Client(base_url=self.base_url, timeout=20.0)
+            self._experimenter = httpx.Client(base_url=self.base_url, timeout=PATIENCE_S)
             who = {"name": self.owner or "owner", "password": "correct horse"}
             door = self.experimenter_link if self.owner is None else "/api/v1/login"
             self._experimenter.post(door, json=who).raise_for_status()
@@ -130,7 +130,9 @@ class Participant:
     def __init__(self, link: str) -> None:
         self.link = link
         self.http = httpx.Client(
-            base_url=f"{link}/api/", timeout=20.0, headers={"Content-Type": "application/json"}
+            base_url=f"{link}/api/",
+            timeout=PATIENCE_S,
+            headers={"Content-Type": "application/json"},
         )
 
     def session(self) -> dict[str, Any]:

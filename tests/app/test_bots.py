@@ -113,8 +113,10 @@ def test_bots_that_are_ended_leave_no_server_and_no_half_export(
     how: signal.Signals, tmp_path: Path
 ) -> None:
     words = ["--study", "examples/paper-study.yaml", "--out", str(tmp_path / "study.zip")]
+    # What a shell starts in the background does not hear Ctrl-C, and neither do its children.
+    hearing = ["env", "--default-signal=INT"]
     bots = subprocess.Popen(
-        [sys.executable, "-m", "app.cli", "bots", *words],
+        [*hearing, sys.executable, "-m", "app.cli", "bots", *words],
         env=os.environ | {"TMPDIR": str(tmp_path), "JOYMAP_PANDA_DIR": str(default_folder())},
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,

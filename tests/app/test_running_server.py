@@ -335,23 +335,29 @@ def test_a_training_survives_its_killed_worker_and_ends_once(tmp_path: Path) -> 
 
 def test_a_training_survives_a_killed_server_and_ends_once(tmp_path: Path) -> None:
     data_dir = tmp_path / "data"
-    server = RunningServer(data_dir, training_steps=8_000)
+    # Three trainings of a minute: no worker would be gone in 20 s for having ended its work.
+    server = RunningServer(data_dir, training_steps=60_000)
     participant = Participant(server.participant_link)
     answer_all(participant)
     wait_for_state(data_dir, "running")
     children = server.children()
+    assert children
     server.kill()
     deadline = time.monotonic() + 20
-    while any(Path(f"/proc/{pid}").exists() for pid in children) and time.monotonic() < deadline:
+    while any(map(is_running, children)) and time.monotonic() < deadline:
         time.sleep(0.05)
-    assert not any(Path(f"/proc/{pid}").exists() for pid in children)  # workers die with it
+    assert not any(map(is_running, children))  # workers die with it
     assert participant_cannot_drive_yet(data_dir)
-    with running_server(data_dir, port=server.port):
+    with running_server(data_dir, port=server.port, training_steps=20):
         again = Participant(participant.link)
-        assert again.wait_for_training(120)["state"] == "succeeded"
+        assert again.wait_for_training()["state"] == "succeeded"
         (job,) = rows(data_dir, JobRow)
         assert job.attempt == 2
         assert len(rows(data_dir, AlignmentRow)) == 3
+
+
+def is_running(pid: int) -> bool:
+    return Path(f"/proc/{pid}").exists()
 
 
 def participant_cannot_drive_yet(data_dir: Path) -> bool:

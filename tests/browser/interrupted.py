@@ -10,7 +10,7 @@ from typing import Any
 from playwright.sync_api import Browser, expect
 
 from app.storage.tables import AnswerRow, DriveRow, EventRow, JobRow, ResponseRow
-from tests.browser.study_visitor import PATIENCE_MS, PROTOCOL, StudyVisitor, link_of, make_study
+from tests.browser.study_visitor import PROTOCOL, StudyVisitor, link_of, make_study
 from tests.running_server import RunningServer
 
 QUESTIONS = PROTOCOL["tasks"][0]["labels"] + 1  # one gets no stick input, and one is asked instead
@@ -82,7 +82,6 @@ def walk(browser: Browser, trouble: Trouble) -> dict[str, Any]:
         visitor = StudyVisitor(
             browser, link_of(server.now, make_study(server.now)), has_picture=False
         )
-        visitor.page.set_default_timeout(PATIENCE_MS)
         _walk(visitor, lambda act: trouble(visitor, server, act))
         visitor.close()
         tables = (AnswerRow, DriveRow, EventRow, JobRow, ResponseRow)
@@ -113,18 +112,18 @@ def _walk(visitor: StudyVisitor, trouble: Callable[[Act], None]) -> None:
     trouble(press("ready"))
     for number in range(1, QUESTIONS + 1):
         visitor.wait_for_step("queries")
-        visitor.wait(lambda number=number: visitor.question() == number, limit_s=PATIENCE_MS / 1000)
+        visitor.wait(lambda number=number: visitor.question() == number)
         if number in (2, QUESTIONS):
             trouble(press("cant-say") if number == 2 else press_and_confirm(visitor))
         else:
             press_and_confirm(visitor)()
     visitor.wait_for_step("training")
     trouble(nothing)
-    expect(visitor.page.get_by_test_id("drive")).to_be_enabled(timeout=PATIENCE_MS)
+    expect(visitor.page.get_by_test_id("drive")).to_be_enabled()
     trouble(press("drive"))
     for _ in range(WAYS):
         visitor.wait_for_step("block")
-        visitor.wait(lambda: visitor.status.get("mode") == "driving", limit_s=PATIENCE_MS / 1000)
+        visitor.wait(lambda: visitor.status.get("mode") == "driving")
         trouble(nothing)
         visitor.wait_for_step("block")
         visitor.drive_and_give_up()
@@ -136,7 +135,7 @@ def _walk(visitor: StudyVisitor, trouble: Callable[[Act], None]) -> None:
     visitor.wait_for_step("end")
     trouble(nothing)
     visitor.wait_for_step("end")
-    expect(visitor.page.get_by_test_id("code")).to_have_text("C0DE", timeout=PATIENCE_MS)
+    expect(visitor.page.get_by_test_id("code")).to_have_text("C0DE")
 
 
 def press_and_confirm(visitor: StudyVisitor) -> Act:

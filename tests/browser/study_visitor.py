@@ -7,10 +7,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from app.schemas.protocol import NO_ALIGN
 from tests.browser.visitor import Visitor
-from tests.patience import PATIENCE_S
 from tests.running_server import Participant, RunningServer
-
-PATIENCE_MS = 1000 * PATIENCE_S
 
 PROTOCOL: dict[str, Any] = {
     "title": "A small study",
@@ -97,13 +94,13 @@ class StudyVisitor(Visitor):
         super()._hear(frame)
 
     def wait_for_item(self, item: str) -> None:
-        expect(self.page.locator(f"[data-item={item}]")).to_be_visible(timeout=PATIENCE_MS)
+        expect(self.page.locator(f"[data-item={item}]")).to_be_visible()
 
     def drive_and_give_up(self) -> None:
         """One attempt, as far as the button to go on."""
         self.wait_for_step("block")
         self.click("give-up")
-        expect(self.page.get_by_test_id("continue")).to_be_visible(timeout=PATIENCE_MS)
+        expect(self.page.get_by_test_id("continue")).to_be_visible()
 
     def answer_all(self, choice: int = 0) -> None:
         for item in self.page.locator(".item").all():

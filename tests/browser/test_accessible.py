@@ -9,7 +9,6 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, expect
 
 from tests.browser.study_visitor import (
-    PATIENCE_MS,
     PROTOCOL,
     StudyVisitor,
     go_to,
@@ -66,12 +65,12 @@ def test_every_page_of_a_study_is_accessible(browser: Browser, server: RunningSe
     go_to(link, "training")
     page.reload()
     visitor.wait_for_step("training")
-    expect(page.get_by_test_id("drive")).to_be_enabled(timeout=PATIENCE_MS)
+    expect(page.get_by_test_id("drive")).to_be_enabled()
     check(page, "training")
     visitor.click("drive")
     for way in (1, 2):
         visitor.wait_for_step("block")
-        expect(page.get_by_test_id("give-up")).to_be_visible(timeout=PATIENCE_MS)
+        expect(page.get_by_test_id("give-up")).to_be_visible()
         if way == 2:
             check(page, "block")
         visitor.drive_and_give_up()
@@ -120,7 +119,7 @@ def test_free_driving_is_accessible(browser: Browser, server: RunningServer) -> 
     visitor = StudyVisitor(browser, link, has_picture=False)
     page = visitor.page
     visitor.wait_for_step("training")
-    expect(page.get_by_test_id("drive")).to_be_enabled(timeout=PATIENCE_MS)
+    expect(page.get_by_test_id("drive")).to_be_enabled()
     check(page, "training")
     visitor.click("drive")
     visitor.wait_for_step("driving")

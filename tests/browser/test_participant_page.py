@@ -131,11 +131,11 @@ def test_the_newest_tab_steers_and_the_older_one_says_so(visitor: Visitor) -> No
     older = visitor.page
     visitor.page = visitor.open_tab()
     visitor.wait_for_step("driving")
-    expect(older.get_by_test_id("take-stick")).to_be_visible(timeout=20_000)
+    expect(older.get_by_test_id("take-stick")).to_be_visible()
     older.bring_to_front()
     older.get_by_test_id("take-stick").click()
-    expect(older.get_by_test_id("take-stick")).to_be_hidden(timeout=20_000)
-    expect(visitor.page.get_by_test_id("take-stick")).to_be_visible(timeout=20_000)
+    expect(older.get_by_test_id("take-stick")).to_be_hidden()
+    expect(visitor.page.get_by_test_id("take-stick")).to_be_visible()
 
 
 def test_the_page_outlives_a_killed_server(browser: Browser, tmp_path: Path) -> None:
@@ -144,26 +144,26 @@ def test_the_page_outlives_a_killed_server(browser: Browser, tmp_path: Path) -> 
     visitor.begin()
     visitor.answer(0.5, 0.5)
     server.kill()
-    expect(visitor.page.get_by_test_id("banner")).to_be_visible(timeout=20_000)
+    expect(visitor.page.get_by_test_id("banner")).to_be_visible()
     visitor.press_stick(-0.5, 0.5)
     visitor.release_stick()
     visitor.click("confirm")  # nobody is there to take it
     visitor.page.wait_for_timeout(1500)
     with running_server(tmp_path, port=server.port):
-        visitor.wait(lambda: visitor.question() == 3, limit_s=30)
+        visitor.wait(lambda: visitor.question() == 3)
         given = answers(visitor)
         assert [answer is not None for answer in given] == [True, True, *[False] * 5]
-        expect(visitor.page.get_by_test_id("banner")).to_be_hidden(timeout=20_000)
+        expect(visitor.page.get_by_test_id("banner")).to_be_hidden()
         # The picture came back by itself: the next move is played in it.
         frame = visitor.page.frame_locator("iframe")
-        expect(frame.locator("canvas").first).to_be_visible(timeout=20_000)
+        expect(frame.locator("canvas").first).to_be_visible()
     visitor.close()
 
 
 def test_the_picture_is_the_arm_and_the_table_alone(onlooker: Visitor) -> None:
     onlooker.begin()
     frame = onlooker.page.frame_locator("iframe")
-    expect(frame.locator("canvas").first).to_be_visible(timeout=20_000)
+    expect(frame.locator("canvas").first).to_be_visible()
     visible = frame.locator("body *:visible").evaluate_all(
         "nodes => nodes.filter(n => n.tagName !== 'CANVAS' && !n.querySelector('canvas'))"
         ".map(n => n.outerHTML.slice(0, 80))"

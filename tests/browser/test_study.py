@@ -14,7 +14,6 @@ from app import texts
 from app.schemas.protocol import LEARNABLE, NO_ALIGN
 from models.tasks import TASKS
 from tests.browser.visitor import LAPTOP, PHONE, Visitor, sign_up
-from tests.patience import PATIENCE_S
 from tests.running_server import Participant, RunningServer, running_server
 
 PROTOCOL = {
@@ -164,7 +163,7 @@ def play_a_move(office: Page) -> None:
     expect(office.locator("body")).to_have_attribute("data-ready", "true")
     expect(office.get_by_test_id("says")).to_contain_text("They gave")
     office.get_by_test_id("play").click()
-    expect(office.locator("body")).to_have_attribute("data-tick", "60", timeout=1000 * PATIENCE_S)
+    expect(office.locator("body")).to_have_attribute("data-tick", "60")
     assert_accessible(office)
     office.locator("#back").click()
     expect(office.locator("body")).to_have_attribute("data-ready", "true")
@@ -174,7 +173,7 @@ def look_at_figures(office: Page) -> None:
     """They are drawn when they are opened, and each can be seen."""
     office.get_by_text("Figures", exact=True).click()
     figures = office.get_by_test_id("figures")
-    expect(figures).to_contain_text("from 2 drives", timeout=1000 * PATIENCE_S)
+    expect(figures).to_contain_text("from 2 drives")
     expect(figures.locator("img")).to_have_count(6)
     for picture in figures.locator("img").all():
         picture.scroll_into_view_if_needed()
@@ -220,9 +219,9 @@ def watch(office: Page, study_page: str) -> None:
     office.get_by_test_id("look").click()
     expect(office.locator(".stage iframe")).to_be_visible()
     # The veil lifts when the picture says that it is there; it covers what is cut off.
-    expect(office.locator(".stage-veil")).to_be_hidden(timeout=1000 * PATIENCE_S)
+    expect(office.locator(".stage-veil")).to_be_hidden()
     frame = office.frame_locator(".stage iframe")
-    expect(frame.locator("canvas").first).to_be_visible(timeout=1000 * PATIENCE_S)
+    expect(frame.locator("canvas").first).to_be_visible()
     assert_accessible(office)
     office.get_by_test_id("look").click()
     expect(office.locator(".stage iframe")).to_have_count(0)

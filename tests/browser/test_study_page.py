@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from app.storage.tables import DriveRow, EventRow, ResponseRow
-from tests.browser.study_visitor import PATIENCE_MS, StudyVisitor, go_to, link_of, make_study
+from tests.browser.study_visitor import StudyVisitor, go_to, link_of, make_study
 from tests.browser.visitor import PHONE
 from tests.running_server import Participant, RunningServer, running_server
 
@@ -70,7 +70,7 @@ def test_a_whole_study_by_keyboard_alone(
         keyboard.up("ArrowUp")
         keyboard.press("Enter")
     visitor.wait_for_step("training")
-    expect(page.get_by_test_id("drive")).to_be_enabled(timeout=PATIENCE_MS)
+    expect(page.get_by_test_id("drive")).to_be_enabled()
     press("drive")
     for way in (1, 2):
         visitor.wait_for_step("block")
@@ -83,9 +83,7 @@ def test_a_whole_study_by_keyboard_alone(
         visitor.wait(lambda before=steered: visitor.steered > before)
         keyboard.up("ArrowDown")
         press("give-up")
-        expect(page.get_by_test_id("continue")).to_be_focused(
-            timeout=PATIENCE_MS
-        )  # where the hand goes on
+        expect(page.get_by_test_id("continue")).to_be_focused()  # where the hand goes on
         keyboard.press("Enter")
         visitor.wait_for_step("questions")
         visitor.wait_for_item("intuitive")
@@ -213,14 +211,12 @@ def test_every_button_pressed_twice_does_its_thing_once(
     go_to(link, "training")
     page.reload()
     visitor.wait_for_step("training")
-    expect(page.get_by_test_id("drive")).to_be_enabled(timeout=PATIENCE_MS)
+    expect(page.get_by_test_id("drive")).to_be_enabled()
     press_twice("drive")
     visitor.wait_for_step("block")
-    expect(page.get_by_test_id("attempt-says")).to_contain_text(
-        "Go once round", timeout=PATIENCE_MS
-    )
+    expect(page.get_by_test_id("attempt-says")).to_contain_text("Go once round")
     press_twice("give-up")
-    expect(page.get_by_test_id("continue")).to_be_visible(timeout=PATIENCE_MS)
+    expect(page.get_by_test_id("continue")).to_be_visible()
     press_twice("continue")
     visitor.wait_for_item("intuitive")
     visitor.answer_all()
@@ -276,11 +272,11 @@ def test_a_block_that_is_over_stays_over_when_the_server_is_killed(
     visitor.drive_and_give_up()
     page.wait_for_timeout(500)
     server.kill()
-    expect(page.get_by_test_id("banner")).to_be_visible(timeout=PATIENCE_MS)
+    expect(page.get_by_test_id("banner")).to_be_visible()
     visitor.status = {}
     with running_server(tmp_path, port=server.port, training_steps=20):
-        visitor.wait(lambda: visitor.status != {}, limit_s=30)
-        expect(page.get_by_test_id("banner")).to_be_hidden(timeout=PATIENCE_MS)
+        visitor.wait(lambda: visitor.status != {})
+        expect(page.get_by_test_id("banner")).to_be_hidden()
         page.wait_for_timeout(2000)
         assert visitor.sent.count("drives") == 1
         visitor.click("continue")
@@ -393,7 +389,7 @@ def test_a_second_tab_that_is_behind_catches_up_and_changes_nothing(
     visitor.click("send")
     visitor.wait_for_step("block")
     first.get_by_test_id("send").click()
-    expect(first.locator("body")).to_have_attribute("data-step", "block", timeout=PATIENCE_MS)
+    expect(first.locator("body")).to_have_attribute("data-step", "block")
     responses = rows_of(server, ResponseRow, study, link)
     assert [row.value for row in responses] == ["6"] * 6
     visitor.close()
