@@ -12,6 +12,8 @@ PANDA := $(or $(JOYMAP_PANDA_DIR),$(DATA)/panda)
 PIP := $(BIN)/pip --disable-pip-version-check
 # Python compiles what it imports; compiling all the rest beforehand takes most of a minute.
 INSTALL := $(PIP) install --no-compile --progress-bar on
+# For that to hold, what is compiled must be kept, wherever the environment (of a container, say) says not to.
+export PYTHONDONTWRITEBYTECODE :=
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 # Two cores are shared by the control loop and the trainings: one thread for each library.
 export OMP_NUM_THREADS := 1
