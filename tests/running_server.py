@@ -29,6 +29,11 @@ def children_of(pid: int) -> list[int]:
     return [int(child) for child in found.stdout.split()]
 
 
+def descendants_of(pid: int) -> list[int]:
+    """The processes that a process has started, and those that they have."""
+    return [each for child in children_of(pid) for each in (child, *descendants_of(child))]
+
+
 class RunningServer:
     """``joymap serve`` on a port of its own; ``kill`` is ``kill -9``."""
 
@@ -68,8 +73,8 @@ class RunningServer:
         return int(self.base_url.rsplit(":", 1)[1])
 
     def children(self) -> list[int]:
-        """The worker processes."""
-        return children_of(self.process.pid)
+        """The worker processes, and what starts them."""
+        return descendants_of(self.process.pid)
 
     def log(self) -> str:
         return self.log_path.read_text()

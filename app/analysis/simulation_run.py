@@ -1,9 +1,6 @@
 """Carries cells out in worker processes: those of a grid, or whatever else a run is made of."""
 
-import multiprocessing
-import os
 import signal
-import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, as_completed
@@ -12,10 +9,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-import torch
 from pebble import ProcessExpired, ProcessPool
 
 from app.analysis.simulation_rows import SimulationError
+from app.worker_pool import new_pool, settle
 from models.errors import ModelsError
 
 C = TypeVar("C")  # a cell: all that decides a row
@@ -92,11 +89,7 @@ def _end(
 
 @contextmanager
 def _pool(workers: int) -> Iterator[ProcessPool]:
-    pool = ProcessPool(
-        max_workers=workers,
-        context=multiprocessing.get_context("spawn"),
-        initializer=_prepare,
-    )
+    pool = new_pool(workers, __name__, settle)
     try:
         yield pool
     finally:
@@ -118,16 +111,3 @@ def _ignoring_ctrl_c() -> Iterator[None]:
 def _timed(run: Callable[[C], R], cell: C) -> tuple[R, float]:
     began_s = time.perf_counter()
     return run(cell), time.perf_counter() - began_s
-
-
-def _prepare() -> None:
-    """Make a fresh process ready."""
-    threading.Thread(target=_die_with_parent, daemon=True).start()
-    torch.set_num_threads(1)
-
-
-def _die_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)

@@ -9,7 +9,6 @@ import asyncio
 import contextlib
 import json
 import logging
-import multiprocessing
 from pathlib import Path
 
 from pebble import ProcessPool
@@ -20,6 +19,7 @@ from app.services.training import TrainingOrder, TrainingOutcome
 from app.settings import Settings
 from app.storage import jobs
 from app.storage.database import Database
+from app.worker_pool import new_pool
 
 _LOG = logging.getLogger(__name__)
 _POLL_S = 0.05
@@ -54,7 +54,7 @@ class Supervisor:
 
     async def run(self) -> None:
         """Serve the queue until cancelled."""
-        self._start_workers()
+        await asyncio.to_thread(self._start_workers)
         free = asyncio.Semaphore(self._settings.training_workers)
         try:
             async with asyncio.TaskGroup() as tasks:
@@ -105,8 +105,11 @@ class Supervisor:
             # Something beside the workers was killed; what is left of the pool is of no use.
             await asyncio.to_thread(self._close)
             self._pool = self._new_pool()
+        # In a thread: it waits for what starts the workers, should that have to start itself.
         done = asyncio.wrap_future(
-            self._pool.schedule(worker.train, args=(order,), timeout=_TIME_LIMIT_S)
+            await asyncio.to_thread(
+                self._pool.schedule, worker.train, args=(order,), timeout=_TIME_LIMIT_S
+            )
         )
         seen = 0.0
         while not done.done():
@@ -116,11 +119,12 @@ class Supervisor:
         return outcome
 
     def _new_pool(self) -> ProcessPool:
-        return ProcessPool(
-            max_workers=self._settings.training_workers,
-            context=multiprocessing.get_context("spawn"),
-            initializer=worker.prepare,
-            initargs=(str(self._settings.pack_dir), self._settings.task),
+        return new_pool(
+            self._settings.training_workers,
+            worker.__name__,
+            worker.prepare,
+            str(self._settings.pack_dir),
+            self._settings.task,
         )
 
     def _start_workers(self) -> None:

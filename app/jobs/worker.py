@@ -5,16 +5,13 @@ It never opens the database. It dies with the server that started it.
 
 import json
 import math
-import multiprocessing
 import os
-import threading
 import time
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 
 from app.services import queries
 from app.services.training import (
@@ -22,6 +19,7 @@ from app.services.training import (
     TrainingOrder,
     TrainingOutcome,
 )
+from app.worker_pool import settle
 from models.checkpoints import load_controller, save_alignment
 from models.controller import LatentController
 from models.field import STICKS, Field, learned_field
@@ -40,9 +38,8 @@ _FIELD_POINTS = (5, 7)
 
 def prepare(pack_dir: str, task: str) -> None:
     """Make a fresh process ready, so that the first training need not wait for it."""
-    threading.Thread(target=_die_with_parent, daemon=True).start()
+    settle()
     os.nice(NICENESS)
-    torch.set_num_threads(1)
     _tools(task, pack_dir)
 
 
@@ -139,10 +136,3 @@ def _tools(task: str, pack_dir: str) -> tuple[LatentController, Kinematics, np.n
 
 def _short(value: float) -> float:
     return float(f"{value:.{_DIGITS}g}")
-
-
-def _die_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)

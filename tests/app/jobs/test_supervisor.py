@@ -102,11 +102,11 @@ class Office:
         self.pools: list[FakePool] = []
         orders: list[TrainingOrder] = []
 
-        def new_pool(**_: object) -> FakePool:
+        def new_pool(*_: object) -> FakePool:
             self.pools.append(FakePool(work, orders))
             return self.pools[-1]
 
-        self._monkeypatch.setattr("app.jobs.supervisor.ProcessPool", new_pool)
+        self._monkeypatch.setattr("app.jobs.supervisor.new_pool", new_pool)
         supervisor = Supervisor(self.database, self.settings)
         supervisor.recover()
 
@@ -326,7 +326,7 @@ def test_a_start_queues_again_what_ran_and_sweeps_what_is_not_registered(
     swept = {f"{cut_off}-1-all-priors.safetensors", f"{cut_off}-1.progress", f"{cut_off}-1.part"}
     for name in kept | swept:
         (folder / name).touch()
-    monkeypatch.setattr("app.jobs.supervisor.ProcessPool", lambda **_: None)
+    monkeypatch.setattr("app.jobs.supervisor.new_pool", lambda *_: None)
     Supervisor(office.database, office.settings).recover()
     assert {path.name for path in folder.iterdir()} == kept
     assert (office.job(finished).state, office.job(cut_off).state) == ("succeeded", "queued")
