@@ -184,6 +184,7 @@ class EndOut(BaseModel):
     message: str
     code: str | None
     url: str | None
+    left: Literal["kept", "erased"] | None  # what became of what they gave who stopped taking part
 
 
 class SessionOut(BaseModel):

@@ -1,27 +1,21 @@
 """Which step is this person on? The server owns the place; the page only shows it.
 
-A protocol and a cell (the order of the strategies) make a list of steps::
-
-    consent → practice → for each task: queries → training → for each strategy: drive → questions
-            → questions on the task → questions at the end → end
-
-A participant's place is an index into it. Nobody goes back: what was given counts.
+A participant's place is an index into the plan of their protocol. Nobody goes back: what was given
+counts.
 """
 
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from functools import lru_cache
-from typing import Any, Literal
+from typing import Any
 
 from sqlalchemy.orm import Session
 
 from app.errors import IdReused, WrongStep
 from app.schemas.protocol import Protocol, TaskProtocol
-from app.services import counterbalancing, protocols
+from app.services import protocols
+from app.services.plan import LAST, Kind, Step, order_of, steps_of
 from app.storage import participants
 from app.storage.tables import EventRow, ParticipantRow
-
-Kind = Literal["consent", "practice", "queries", "training", "driving", "block", "questions", "end"]
 
 _WHAT_TO_DO: dict[str, str] = {
     "consent": "agree to take part",
@@ -33,27 +27,6 @@ _WHAT_TO_DO: dict[str, str] = {
     "questions": "answer the questionnaire",
     "end": "read the last page",
 }
-
-
-@dataclass(frozen=True)
-class Step:
-    """One thing to do.
-
-    Attributes:
-        key: Names it in records: ``"queries/avoid"``, ``"block/avoid/2"``, ``"questions/end/sus"``.
-        kind: What the page has to show.
-        task: The robot task it is about, if any.
-        strategies: What is driven under, for the server alone; a block's is one.
-        position: Which of the task's blocks it is or follows, from 1.
-        questionnaire: The name of the questionnaire asked.
-    """
-
-    key: str
-    kind: Kind
-    task: str | None = None
-    strategies: tuple[str, ...] = ()
-    position: int | None = None
-    questionnaire: str | None = None
 
 
 @dataclass(frozen=True)
@@ -84,53 +57,14 @@ class Here:
         return next((step for step in self.steps if step.key == key), None)
 
 
-@lru_cache(maxsize=256)
-def steps_of(protocol: Protocol, cell: int) -> tuple[Step, ...]:
-    """All steps of a protocol, in order, for people of this cell."""
-    order = order_of(protocol, cell)
-    asked = protocol.questionnaires
-    steps = [Step("consent", "consent")]
-    if protocol.practice_s > 0.0:
-        steps.append(Step("practice", "practice"))
-    for task in (each.task for each in protocol.tasks):
-        steps += [
-            Step(f"queries/{task}", "queries", task),
-            Step(f"training/{task}", "training", task),
-        ]
-        if protocol.is_free:
-            return (*steps, Step("driving", "driving", task, order))
-        for position, strategy in enumerate(order, start=1):
-            steps.append(Step(f"block/{task}/{position}", "block", task, (strategy,), position))
-            steps += _questions(f"{task}/{position}", asked.after_each_strategy, task, position)
-        steps += _questions(f"{task}/after", asked.after_each_task, task)
-    steps += _questions("end", asked.at_the_end)
-    return (*steps, Step("end", "end"))
-
-
-def _questions(
-    when: str, names: tuple[str, ...], task: str | None = None, position: int | None = None
-) -> list[Step]:
-    """A step for each questionnaire; in protocols kept long ago one may be there several times."""
-    steps = []
-    for index, name in enumerate(names):
-        before = names[:index].count(name)
-        key = f"questions/{when}/{name}" + (f"/{before + 1}" if before else "")
-        steps.append(Step(key, "questions", task, (), position, name))
-    return steps
-
-
-def order_of(protocol: Protocol, cell: int) -> tuple[str, ...]:
-    """The order of the strategies in this cell."""
-    every = counterbalancing.orders(protocol.order, protocol.strategies)
-    return every[cell % len(every)]
-
-
 def here(db: Session, participant: ParticipantRow) -> Here:
     """Where the participant is."""
     protocol, version = protocols.of_participant(db, participant)
     steps = steps_of(protocol, participant.cell)
     order = order_of(protocol, participant.cell)
     has_left = participant.state == "withdrawn"
+    if has_left and steps[-1] != LAST:  # driving freely has no end of its own
+        steps = (*steps, LAST)
     place = len(steps) - 1 if has_left else participant.place
     return Here(protocol, version, order, steps, place, has_left)
 

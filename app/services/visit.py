@@ -5,6 +5,7 @@ they come is the server's to know.
 """
 
 from dataclasses import asdict, dataclass
+from typing import Literal
 
 from sqlalchemy.orm import Session
 
@@ -22,7 +23,7 @@ from app.schemas.participants import (
     WayOut,
 )
 from app.schemas.props import PropsOut
-from app.services import consent, drives, flow, protocols, queries, stick
+from app.services import consent, drives, flow, plan, queries, questionnaires, stick
 from app.storage.tables import ParticipantRow
 from models.tasks import get_task
 
@@ -105,7 +106,7 @@ def session_of(seen: Snapshot) -> SessionOut:
     )
 
 
-def title_of(step: flow.Step) -> str:
+def title_of(step: plan.Step) -> str:
     """A step in words, for experimenters."""
     words = {
         "consent": "Welcome",
@@ -133,7 +134,7 @@ def _way(at: flow.Here) -> list[WayOut]:
     ]
 
 
-def _stage(at: flow.Here, step: flow.Step) -> str:
+def _stage(at: flow.Here, step: plan.Step) -> str:
     if at.protocol.is_free:
         return _FREE_WAY.get(step.kind, "Done")
     if step.task is not None:
@@ -166,7 +167,7 @@ def _block(seen: Snapshot) -> BlockOut:
 
 def _questions(at: flow.Here) -> QuestionsOut:
     step = at.step
-    questionnaire = protocols.find_questionnaire(at.protocol, step.questionnaire or "")
+    questionnaire = questionnaires.find(at.protocol, step.questionnaire or "")
     assert questionnaire is not None, "a protocol's questionnaires are checked when it is kept"
     about = None if step.task is None else texts.title_of(step.task)
     if step.position is not None:
@@ -176,7 +177,9 @@ def _questions(at: flow.Here) -> QuestionsOut:
 
 def _end(participant: ParticipantRow, at: flow.Here) -> EndOut:
     if participant.state == "withdrawn":
-        return EndOut(message="You have stopped taking part. Thank you!", code=None, url=None)
+        thanks = "You have stopped taking part. Thank you!"
+        left: Literal["kept", "erased"] = "kept" if participant.erased_at is None else "erased"
+        return EndOut(message=thanks, code=None, url=None, left=left)
     done = at.protocol.completion
     url = None if done.url is None else done.url.replace("{code}", done.code or "")
-    return EndOut(message=done.message, code=done.code, url=url)
+    return EndOut(message=done.message, code=done.code, url=url, left=None)

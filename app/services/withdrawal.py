@@ -44,6 +44,7 @@ def erase(database: Database, data_dir: Path, participant_id: str) -> bool:
         files = erasure.erase(db, participant_id)
         participant.external_id, participant.stick, participant.seed = None, None, 0
         participant.excluded, participant.browser_hash = None, None
+        participant.erased_at = participant.erased_at or datetime.now(UTC)
     for name in files:
         for path in (data_dir / "alignments").glob(f"{name}.*"):
             path.unlink(missing_ok=True)

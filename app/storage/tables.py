@@ -106,6 +106,7 @@ class ParticipantRow(Row):
     opened_at: Mapped[datetime | None]
     seen_at: Mapped[datetime | None]  # when they last did something
     ended_at: Mapped[datetime | None]  # completed, or withdrawn
+    erased_at: Mapped[datetime | None]  # when what they gave was erased, as they wished
     excluded: Mapped[str | None]  # why an experimenter leaves their data out
     stick: Mapped[dict[str, Any] | None]  # how their stick is set; null: the defaults
 

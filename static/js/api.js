@@ -18,7 +18,7 @@ import { Backoff, pause } from './backoff.js'
  * @property {boolean} may_withdraw
  * @property {{position: number, of: number, drives_wanted: number, drives_made: number, may_continue: boolean, open_drive: string | null} | null} block
  * @property {any} questions
- * @property {{message: string, code: string | null, url: string | null} | null} end
+ * @property {{message: string, code: string | null, url: string | null, left: 'kept' | 'erased' | null} | null} end
  * @property {{version: string, title: string, html: string}} consent
  * @property {number} practice_s
  * @property {Query[]} queries

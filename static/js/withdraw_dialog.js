@@ -3,18 +3,6 @@ import { forgetDrafts } from './draft.js'
 import { html } from './element.js'
 import { newId } from './ids.js'
 
-const LEFT = 'joymap left '
-
-/** @param {string} base @returns {'kept' | 'erased' | null} what they wished who left, as far as this tab knows */
-export function farewell(base) {
-  try {
-    const left = sessionStorage.getItem(LEFT + base)
-    return left === 'kept' || left === 'erased' ? left : null
-  } catch {
-    return null
-  }
-}
-
 export class WithdrawDialog {
   /** @param {import('./visit.js').Visit} visit @param {HTMLElement} host */
   constructor(visit, host) {
@@ -45,7 +33,7 @@ export class WithdrawDialog {
     this.state.textContent = 'One moment…'
     try {
       const session = await this.visit.api.postSurely('withdraw', { id: this.id, erase }, { onTrouble: (error) => (this.state.textContent = `${error.sentence} Trying again…`) })
-      this.#remember(erase)
+      forgetDrafts(this.visit.api.base)
       this.visit.adopt(session)
     } catch (error) {
       this.visit.explain(error)
@@ -58,15 +46,5 @@ export class WithdrawDialog {
 
   #setBusy(isBusy) {
     for (const button of this.choices) button.disabled = isBusy
-  }
-
-  #remember(erase) {
-    const { base } = this.visit.api
-    forgetDrafts(base)
-    try {
-      sessionStorage.setItem(LEFT + base, erase ? 'erased' : 'kept')
-    } catch {
-      // Then the last page only says goodbye.
-    }
   }
 }

@@ -160,6 +160,19 @@ def test_the_page_outlives_a_killed_server(browser: Browser, tmp_path: Path) -> 
     visitor.close()
 
 
+def test_who_stops_trying_it_out_hears_that_everything_is_erased(visitor: Visitor) -> None:
+    visitor.begin()
+    visitor.answer(0.5, 0.5)
+    visitor.click("withdraw")
+    visitor.click("withdraw-erase")
+    visitor.wait_for_step("end")
+    for _ in range(2):
+        expect(visitor.page.get_by_test_id("farewell")).to_contain_text("erased")
+        visitor.page.reload()
+        visitor.wait_for_step("end")
+    assert visitor.page.get_by_test_id("stick").count() == 0
+
+
 def test_the_picture_is_the_arm_and_the_table_alone(onlooker: Visitor) -> None:
     onlooker.begin()
     frame = onlooker.page.frame_locator("iframe")

@@ -1,6 +1,5 @@
 // end.js — the last page: thanks, what becomes of what was given, and what a recruiting service wants to know.
 import { ICONS, html, icon } from '../element.js'
-import { farewell } from '../withdraw_dialog.js'
 
 const WORDS = {
   erased: 'Everything you gave is erased. Only your number and that you left are kept.',
@@ -10,7 +9,6 @@ const WORDS = {
 /** @param {HTMLElement} root @param {import('../participant.js').Context} context @returns {() => void} unmount */
 export function mountEnd(root, { visit }) {
   const { end, state } = visit.session
-  const left = state === 'withdrawn' ? farewell(visit.api.base) : null
   const said = html('p', { class: 'quiet', role: 'status' })
   const shown = html('code', { 'data-testid': 'code' }, end.code ?? '')
   const code = end.code && html('p', { class: 'code-line' }, html('span', {}, 'Your code:'), shown,
@@ -30,7 +28,7 @@ export function mountEnd(root, { visit }) {
   root.append(html('article', { class: 'consent', 'data-testid': 'end', 'data-state': state },
     html('h1', { tabindex: -1 }, state === 'withdrawn' ? 'Goodbye' : 'Done'),
     html('p', { class: 'lead' }, end.message),
-    left && html('p', { 'data-testid': 'farewell' }, WORDS[left]),
+    end.left && html('p', { 'data-testid': 'farewell' }, WORDS[end.left]),
     code,
     end.url && html('p', {}, html('a', { class: 'button primary large', href: end.url, rel: 'noreferrer', 'data-testid': 'return' }, 'Back to where you came from'))))
   return () => {}

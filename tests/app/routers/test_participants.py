@@ -1,6 +1,7 @@
 """A participant's page as a program sees it: the right order works, everything else is refused."""
 
 import json
+import time
 import uuid
 from collections.abc import Generator
 from typing import Any
@@ -14,6 +15,7 @@ from app.settings import Settings
 from app.storage.database import migrate
 from app.storage.tables import AnswerRow, DriveRow, EventRow, JobRow, ParticipantRow
 from models.panda_pack import default_folder
+from tests.patience import PATIENCE_S
 
 VERSION = consent.version_of(protocols.demo_protocol(Settings()))
 
@@ -63,6 +65,20 @@ class Page:
 
     def answer(self, query_id: str, h: Any = (0.5, 0.5), **body: Any) -> Any:
         return self.post("answers", query_id=query_id, h=h, thinking_time_s=2.0, **body)
+
+    def go_to(self, step: str) -> None:
+        self.post("consent", version=VERSION)
+        if step == "practice":
+            return
+        queries = [query["id"] for query in self.post("practice").json()["queries"]]
+        if step == "queries":
+            return
+        for query_id in queries:
+            self.answer(query_id)
+        deadline_s = time.monotonic() + PATIENCE_S
+        while step == "driving" and self.post("driving").status_code != 200:
+            assert time.monotonic() < deadline_s
+            time.sleep(0.05)
 
     def rows(self, table: Any) -> list[Any]:
         with self.client.app.state.service.database.read() as db:  # type: ignore[attr-defined]
@@ -299,6 +315,21 @@ def test_only_the_hash_of_a_link_is_kept(page: Page) -> None:
 
 
 NORMAL = {"invert_x": False, "invert_y": False, "gain": 1.0, "one_axis": False, "steady": False}
+
+
+@pytest.mark.parametrize("erase", [True, False])
+@pytest.mark.parametrize("step", ["practice", "queries", "training", "driving"])
+def test_who_stops_trying_it_out_comes_to_a_last_page(page: Page, step: str, erase: bool) -> None:
+    page.go_to(step)
+    assert page.get("session").json()["step"] == step
+    for _ in range(2):  # and when the page is loaded again
+        page.post("withdraw", erase=erase)
+        session = page.get("session").json()
+        assert (session["state"], session["step"]) == ("withdrawn", "end")
+        assert session["end"]["left"] == ("erased" if erase else "kept")
+        assert session["way"][-1] == {"title": "Done", "is_here": True, "is_done": False}
+        assert not session["may_withdraw"]
+    assert page.post("practice").status_code == 409
 
 
 def test_the_stick_stays_as_it_was_set_wherever_the_link_is_opened(page: Page) -> None:

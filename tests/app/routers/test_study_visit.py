@@ -180,6 +180,7 @@ def test_a_study_from_consent_to_the_last_page(client: TestClient, study_id: str
         "message": "Thank you! You have done everything.",
         "code": "C0DE",
         "url": "https://example.org/done?cc=C0DE",
+        "left": None,
     }
     assert session["state"] == "completed"
     assert len(visitor.rows(JobRow)) == 2
@@ -210,7 +211,7 @@ def test_who_withdraws_may_have_everything_erased(client: TestClient, study_id: 
     assert canary in held
     session = visitor.go("withdraw", erase=True)
     assert (session["state"], session["step"]) == ("withdrawn", "end")
-    assert session["end"]["code"] is None
+    assert (session["end"]["code"], session["end"]["left"]) == (None, "erased")
     for table in (AnswerRow, QueryRow, DriveRow, JobRow, EventRow):
         assert visitor.rows(table) == []
     held = b"".join(path.read_bytes() for path in data_dir.glob("joymap.db*"))
@@ -232,10 +233,11 @@ def test_who_withdraws_may_leave_what_they_gave(client: TestClient, study_id: st
     visitor.answer_everything()
     event_id = str(uuid.uuid4())
     for _ in range(2):
-        assert visitor.go("withdraw", id=event_id, erase=False)["state"] == "withdrawn"
+        left = visitor.go("withdraw", id=event_id, erase=False)
+        assert (left["state"], left["end"]["left"]) == ("withdrawn", "kept")
     assert len(visitor.rows(AnswerRow)) == 7
     assert [event.kind for event in visitor.rows(EventRow)].count("withdraw") == 1
-    assert visitor.go("withdraw", erase=True)["state"] == "withdrawn"
+    assert visitor.go("withdraw", erase=True)["end"]["left"] == "erased"
     assert visitor.rows(AnswerRow) == []
 
 
