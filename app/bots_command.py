@@ -8,6 +8,7 @@ from collections.abc import Generator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.errors import JoymapError
 from app.settings import Settings
 
 if TYPE_CHECKING:
@@ -79,7 +80,7 @@ def run_bots(chosen: argparse.Namespace, settings: Settings) -> int:
             reports = _send(crowd, link)
             if own is not None:
                 own.export(chosen.out)
-    except (ModelsError, OwnServerError, OSError) as error:
+    except (ModelsError, OwnServerError, JoymapError, OSError) as error:
         return _end(str(error))
     _say(reports)
     if chosen.out is not None:
@@ -98,11 +99,12 @@ def _study(
         yield chosen.study.rstrip("/"), None
         return
     from app.bots.own_server import own_study
+    from app.schemas.yaml_reader import decode
 
     mine = {"JOYMAP_PANDA_DIR": str(settings.pack_dir), "JOYMAP_SPEED": str(chosen.speed)}
     if chosen.same is not None:
         mine["JOYMAP_SAME_STRATEGY"] = chosen.same
-    with own_study(Path(chosen.study).read_text(), mine) as own:
+    with own_study(decode(Path(chosen.study).read_bytes()), mine) as own:
         yield own.join_link, own
 
 

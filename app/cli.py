@@ -13,6 +13,7 @@ from typing import NoReturn
 from pydantic import ValidationError
 
 from app.bots_command import add_bots, run_bots
+from app.check_command import add_check, run_check
 from app.export_command import add_export, run_export
 from app.figures_command import add_figures, run_figures, run_study_page
 from app.power_command import add_power, run_power
@@ -38,6 +39,7 @@ def main(arguments: list[str] | None = None) -> int:
     serve.add_argument("--host", help="address to listen on (JOYMAP_HOST)")
     serve.add_argument("--port", type=int, help="port to listen on (JOYMAP_PORT)")
     commands.add_parser("migrate", help="bring the database to the newest schema")
+    add_check(commands)
     add_simulate(commands)
     add_export(commands)
     add_bots(commands)
@@ -137,6 +139,7 @@ def _listen(settings: Settings) -> socket.socket:
 
 _COMMANDS = {
     "migrate": _migrate,
+    "check": run_check,
     "simulate": run_simulate,
     "simulate-page": run_page,
     "export": run_export,

@@ -46,14 +46,10 @@ def design_queries(
     Raises:
         InputError: If fewer than ``k`` samples fit.
     """
-    before, after = kinematics.hand_pose(pool.states), kinematics.hand_pose(pool.next_states)
-    change = task.dof_change(before, after) / long_step(task, kinematics, pool)
-    u = change[:, 0] + 1j * change[:, 1]
+    before = kinematics.hand_pose(pool.states)
+    u = _steps(task, kinematics, pool)
     length = np.abs(u)
-    fit = (length >= _SHORTEST) & (length <= _LONGEST)
-    if allowed is not None:
-        fit &= np.isin(np.arange(len(pool)), allowed)
-    candidates = rng.permutation(np.flatnonzero(fit))[:_CANDIDATES]
+    candidates = rng.permutation(designable(task, kinematics, pool, allowed))[:_CANDIDATES]
     if not 0 < k <= len(candidates):
         raise InputError(f"{k} questions were asked for; the pool has {len(candidates)} that fit.")
     seen = np.flatnonzero(length > 0.05)
@@ -71,6 +67,25 @@ def design_queries(
         column = left[:, best]
         left = left - np.outer(column, column.conj()) / variance[best]
     return [int(row) for row in candidates[chosen]]
+
+
+def designable(
+    task: Task, kinematics: Kinematics, pool: QueryPool, allowed: np.ndarray | None = None
+) -> np.ndarray:
+    """The rows of the samples that :func:`design_queries` may choose from; arguments as there."""
+    length = np.abs(_steps(task, kinematics, pool))
+    fit = (length >= _SHORTEST) & (length <= _LONGEST)
+    if allowed is not None:
+        fit &= np.isin(np.arange(len(pool)), allowed)
+    return np.flatnonzero(fit)
+
+
+def _steps(task: Task, kinematics: Kinematics, pool: QueryPool) -> np.ndarray:
+    """The samples' steps ``(n,)`` in the task's plane, as complex numbers, over a long one."""
+    before, after = kinematics.hand_pose(pool.states), kinematics.hand_pose(pool.next_states)
+    change = task.dof_change(before, after) / long_step(task, kinematics, pool)
+    steps: np.ndarray = change[:, 0] + 1j * change[:, 1]
+    return steps
 
 
 def _covariance(

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-import yaml
 
 from app.errors import JoymapError
+from app.schemas import yaml_reader
 
 _READ = ("participants", "queries", "answers", "alignments", "trainings", "drives", "responses")
 _SAMPLES = "samples"
@@ -89,7 +89,7 @@ def read_export(path: Path) -> StudyExport:
         with _Files(path) as files:
             tables = {name: pq.read_table(files.open_table(name)).to_pylist() for name in _READ}
             protocols = {
-                int(name.rsplit("-", 1)[1].removesuffix(".yaml")): yaml.safe_load(files.read(name))
+                int(name.removesuffix(".yaml").rsplit("-", 1)[1]): _yaml(files.read(name))
                 for name in files.names
                 if name.startswith("protocol/version-")
             }
@@ -103,6 +103,10 @@ def read_export(path: Path) -> StudyExport:
         for name, rows in tables.items()
     }
     return StudyExport(path, kept, protocols, len(excluded))
+
+
+def _yaml(source: bytes) -> Any:
+    return yaml_reader.read(source).content
 
 
 class _Files:

@@ -40,7 +40,8 @@ you were; or you withdraw, and what you gave is left out or erased, as you wish.
 
 
 class _Part(BaseModel):
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
+    # Strict: a number in quotes is text, and true is no number, at every door.
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True, strict=True)
 
 
 class Item(_Part):

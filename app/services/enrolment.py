@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 
 from app.errors import IdReused, JoymapError, UnknownLink
 from app.schemas.protocol import Protocol
-from app.services import counterbalancing, flow, protocols
+from app.services import counterbalancing, plan, protocols
 from app.settings import Settings
 from app.storage import participants, studies
 from app.storage.tables import EventRow, ParticipantRow, ProtocolRow, StudyRow
@@ -308,7 +308,7 @@ def rebalance(db: Session, protocol_id: str) -> None:
         return
     counts = {cell: 0 for cell in range(cells)} | studies.cell_counts(db, protocol_id, LIVE)
     first_block = next(
-        index for index, step in enumerate(flow.steps_of(protocol, 0)) if step.strategies
+        index for index, step in enumerate(plan.steps_of(protocol, 0)) if step.strategies
     )
     movable: dict[int, list[ParticipantRow]] = {}
     if max(counts.values()) - min(counts.values()) > 1:

@@ -18,7 +18,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.analysis.codebook import MEASURES
-from app.services import flow, protocols, questionnaires, records
+from app.services import flow, questionnaires, records
 from app.services.records import NothingRecorded
 from app.storage import drives, participants
 from app.storage.tables import (
@@ -212,7 +212,7 @@ def _responses(source: Source, who: ParticipantRow) -> Iterator[TableRow]:
     for row in _all(source, ResponseRow, who, ResponseRow.id):
         value: int | str | None = None if row.value is None else json.loads(row.value)
         number = value if isinstance(value, int) else None
-        questionnaire = protocols.find_questionnaire(at.protocol, row.questionnaire)
+        questionnaire = questionnaires.find(at.protocol, row.questionnaire)
         items = () if questionnaire is None else questionnaire.items
         is_choice = any(item.key == row.item and item.kind == "strategy" for item in items)
         yield {
@@ -233,7 +233,7 @@ def _scores(source: Source, who: ParticipantRow) -> Iterator[TableRow]:
     rows = _all(source, ResponseRow, who, ResponseRow.id)
     for (step, name), given in groupby(rows, key=lambda row: (row.step, row.questionnaire)):
         # A study's own questionnaire may bear the name of a published one.
-        if protocols.find_questionnaire(at.protocol, name) != questionnaires.LIBRARY.get(name):
+        if questionnaires.find(at.protocol, name) != questionnaires.LIBRARY.get(name):
             continue
         values = {row.item: None if row.value is None else json.loads(row.value) for row in given}
         for score, value in questionnaires.score(name, values).items():

@@ -1,22 +1,28 @@
 """Protocols: from YAML or a form, kept version after version, frozen by the first enrolment."""
 
+import json
 import uuid
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
+from types import MappingProxyType
 from typing import Any
 
-import yaml
 from pydantic import ValidationError
 from sqlalchemy.orm import Session
 
 from app.errors import JoymapError
-from app.schemas.protocol import Protocol, Questionnaire
-from app.services import questionnaires
+from app.schemas import yaml_reader
+from app.schemas.protocol import Protocol
+from app.schemas.yaml_reader import NotReadable, Place
+from app.services import protocol_faults, protocol_rules
+from app.services.protocol_faults import Fault, of_words
 from app.settings import Settings
 from app.storage import studies
 from app.storage.tables import ParticipantRow, ProtocolRow, StudyRow
 
 _FROZEN: dict[str, tuple[Protocol, int]] = {}
 _FROZEN_KEPT = 256
+_NO_LINES: Mapping[Place, int] = MappingProxyType({})
 DEMO = "demo"
 # What can be tried without a study, best first.
 DEMO_STRATEGIES = ("all-priors", "task-space", "no-priors", "no-align")
@@ -28,67 +34,63 @@ class BadProtocol(JoymapError):
     status_code = 422
     kind = "bad-protocol"
 
+    def __init__(self, faults: Sequence[Fault]) -> None:
+        """The first fault is the one that is said where there is room for one."""
+        self.faults = tuple(faults)
+        super().__init__(self.faults[0].sentence)
 
-def parse(content: Any) -> Protocol:
-    """A protocol from JSON-like data.
+
+def parse(content: Any, lines: Mapping[Place, int] = _NO_LINES) -> Protocol:
+    """A new protocol from JSON-like data.
+
+    Args:
+        content: What was sent.
+        lines: Where in a file it stood, to be told with what is wrong.
 
     Raises:
-        BadProtocol: With the place of the first thing wrong, and what it is.
+        BadProtocol: With everything that is wrong.
     """
-    protocol = _read(content)
-    asked = protocol.questionnaires
-    for where, names in asked.model_dump().items():
-        for name in names:
-            if names.count(name) > 1:
-                raise BadProtocol(f"'{name}' is there twice in questionnaires.{where}.")
-            if find_questionnaire(protocol, name) is None:
-                known = ", ".join(
-                    [*questionnaires.LIBRARY, *(own.name for own in protocol.own_questionnaires)]
-                )
-                raise BadProtocol(
-                    f"questionnaires.{where}: there is no questionnaire '{name}'; "
-                    f"choose from {known}, or write your own under own_questionnaires."
-                )
+    if not isinstance(content, dict):
+        says = "A protocol is a list of settings, such as 'title: My study'"
+        raise BadProtocol([protocol_faults.at((), says, lines)])
+    _refuse(of_words(content), lines)
+    try:
+        # Strict JSON takes an array for a tuple, and nothing else for what it is not.
+        protocol = Protocol.model_validate_json(json.dumps(content))
+    except ValidationError as error:
+        raise BadProtocol(protocol_faults.of_schema(error, lines)) from error
+    _refuse(protocol_rules.broken(protocol), lines)
     return protocol
 
 
-def parse_yaml(text: str) -> Protocol:
-    """A protocol from YAML.
+def _refuse(broken: Iterable[tuple[Place, str]], lines: Mapping[Place, int]) -> None:
+    faults = [protocol_faults.at(place, says, lines) for place, says in broken]
+    if faults:
+        raise BadProtocol(faults)
+
+
+def parse_yaml(text: str | bytes) -> Protocol:
+    """A new protocol from YAML.
 
     Raises:
         BadProtocol: If it is not YAML (with the line), or not a protocol.
     """
     try:
-        content = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        line = f"line {mark.line + 1}: " if mark is not None else ""
-        raise BadProtocol(
-            f"{line}{getattr(error, 'problem', None) or 'this is not YAML'}."
-        ) from error
-    except RecursionError as error:
-        raise BadProtocol("This is nested too deeply to be a protocol.") from error
-    if not isinstance(content, dict):
-        raise BadProtocol("A protocol is a list of settings, such as 'title: My study'.")
-    return parse(content)
+        document = yaml_reader.read(text)
+    except NotReadable as error:
+        raise BadProtocol([Fault("", error.says, error.line)]) from error
+    return parse(document.content, document.lines)
 
 
 def as_yaml(protocol: Protocol) -> str:
     """A protocol as YAML that reads back the same."""
-    text: str = yaml.safe_dump(as_json(protocol), sort_keys=False, allow_unicode=True, width=100)
-    return text
+    return yaml_reader.write(as_json(protocol))
 
 
 def as_json(protocol: Protocol) -> dict[str, Any]:
     """A protocol as it is stored."""
     content: dict[str, Any] = protocol.model_dump(mode="json")
     return content
-
-
-def find_questionnaire(protocol: Protocol, name: str) -> Questionnaire | None:
-    """One of the protocol's own questionnaires, or one of the library's."""
-    own = {each.name: each for each in protocol.own_questionnaires}
-    return own.get(name) or questionnaires.LIBRARY.get(name)
 
 
 def of_participant(db: Session, participant: ParticipantRow) -> tuple[Protocol, int]:
@@ -106,16 +108,7 @@ def of_participant(db: Session, participant: ParticipantRow) -> tuple[Protocol, 
 
 def of_row(row: ProtocolRow) -> Protocol:
     """The protocol that a version holds: checked when it was kept, by the rules of that day."""
-    return _read(row.content)
-
-
-def _read(content: Any) -> Protocol:
-    try:
-        return Protocol.model_validate(content)
-    except ValidationError as error:
-        first = error.errors(include_url=False, include_context=False)[0]
-        place = ".".join(str(part) for part in first["loc"]) or "protocol"
-        raise BadProtocol(f"{place}: {first['msg'].removeprefix('Value error, ')}.") from error
+    return Protocol.model_validate_json(json.dumps(row.content))
 
 
 def keep(db: Session, study: StudyRow, protocol: Protocol) -> ProtocolRow:

@@ -19,7 +19,7 @@ from app.services import flow
 from app.storage import participants
 from app.storage.tables import AnswerRow, ParticipantRow, QueryRow
 from models.controller import LatentController
-from models.designed_queries import design_queries
+from models.designed_queries import design_queries, designable
 from models.fitting import Labels
 from models.kinematics import Kinematics
 from models.queries import (
@@ -143,13 +143,14 @@ def draw(
     """
     task = get_task(wanted.task)
     pool = draw_pool(wanted.task, seed, controller, kinematics, wanted.unlabelled)
-    count = SPARE_FACTOR * wanted.labels
+    allowed = showable(pool, SMALLEST_MOVE_M)
+    count = SPARE_FACTOR * wanted.labels  # fewer spare ones where the pool has no more
     rng = np.random.default_rng([seed, _CHOICE])
     if wanted.questions == "designed":
-        allowed = showable(pool, SMALLEST_MOVE_M)
+        count = min(count, len(designable(task, kinematics, pool, allowed)))
         chosen = design_queries(task, kinematics, pool, count, rng, allowed)
     else:
-        chosen = choose_queries(pool, count, rng, SMALLEST_MOVE_M)
+        chosen = choose_queries(pool, min(count, len(allowed)), rng, SMALLEST_MOVE_M)
     rows = []
     for position, index in enumerate(chosen, start=1):
         move = make_query(controller, pool.states[index], pool.latents[index], SHOWN_STEPS)

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from app.schemas.protocol import Item, Questionnaire
+from app.schemas.protocol import Item, Protocol, Questionnaire
 
 
 def _agree(key: str, text: str, high: int = 7) -> Item:
@@ -108,6 +108,26 @@ COMMENTS = Questionnaire(
 )
 
 LIBRARY = {each.name: each for each in (STEERING, PREFERENCE, NASA_TLX, SUS, COMMENTS)}
+
+
+def find(protocol: Protocol, name: str) -> Questionnaire | None:
+    """One of the protocol's own questionnaires, or one of the library's."""
+    own = {each.name: each for each in protocol.own_questionnaires}
+    return own.get(name) or LIBRARY.get(name)
+
+
+def fits(item: Item, value: int | str, ways: int) -> bool:
+    """Whether an item can be answered with this, where so many ways of steering were tried."""
+    match item.kind:
+        case "scale":
+            is_number = isinstance(value, int) and item.low <= value <= item.high
+            return is_number and (int(value) - item.low) % item.step == 0
+        case "choice":
+            return value in item.choices
+        case "strategy":
+            return isinstance(value, int) and 1 <= value <= ways
+        case "text":
+            return isinstance(value, str)
 
 
 def score(questionnaire: str, values: Mapping[str, int | str | None]) -> dict[str, float]:

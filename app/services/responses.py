@@ -7,8 +7,7 @@ from sqlalchemy.orm import Session
 
 from app.errors import JoymapError
 from app.schemas.participants import QuestionnaireIn
-from app.schemas.protocol import Item
-from app.services import flow, protocols
+from app.services import flow, questionnaires
 from app.storage.tables import ParticipantRow, ResponseRow
 
 
@@ -36,7 +35,7 @@ def record(
     after = flow.advance(db, participant, at, str(given.id), "questions", given.key)
     if after is None:
         return None
-    questionnaire = protocols.find_questionnaire(at.protocol, at.step.questionnaire or "")
+    questionnaire = questionnaires.find(at.protocol, at.step.questionnaire or "")
     assert questionnaire is not None, "a protocol's questionnaires are checked when it is kept"
     answers = {response.item: response for response in given.responses}
     if len(answers) < len(given.responses):
@@ -49,7 +48,8 @@ def record(
         response = answers.get(item.key)
         if response is None:
             raise BadResponse(f"Please answer '{item.text}', or say that you would rather not.")
-        if response.value is not None and not _fits(item, response.value, len(at.order)):
+        value = response.value
+        if value is not None and not questionnaires.fits(item, value, len(at.order)):
             raise BadResponse(f"This is no answer to '{item.text}'.")
         db.add(
             ResponseRow(
@@ -57,22 +57,9 @@ def record(
                 step=given.key,
                 questionnaire=questionnaire.name,
                 item=item.key,
-                value=None if response.value is None else json.dumps(response.value),
+                value=None if value is None else json.dumps(value),
                 answered_at=response.answered_at,
                 received_at=now,
             )
         )
     return after
-
-
-def _fits(item: Item, value: int | str, ways: int) -> bool:
-    match item.kind:
-        case "scale":
-            is_number = isinstance(value, int) and item.low <= value <= item.high
-            return is_number and (int(value) - item.low) % item.step == 0
-        case "choice":
-            return value in item.choices
-        case "strategy":
-            return isinstance(value, int) and 1 <= value <= ways
-        case "text":
-            return isinstance(value, str)

@@ -18,7 +18,7 @@ from sqlalchemy.orm import Session
 from app.errors import WrongStep
 from app.schemas.participants import AnswerIn, ConsentIn, QuestionnaireIn, SessionOut
 from app.schemas.protocol import TaskProtocol
-from app.services import consent, drives, flow, queries, responses, training, visit
+from app.services import consent, drives, flow, plan, queries, responses, training, visit
 from app.services.queries import Question
 from app.storage.database import Database
 from app.storage.tables import ParticipantRow
@@ -97,7 +97,7 @@ class Steps:
         return self._take(participant_id, leave)
 
     def go_on(
-        self, participant_id: str, event_id: str, kind: flow.Kind, key: str | None = None
+        self, participant_id: str, event_id: str, kind: plan.Kind, key: str | None = None
     ) -> SessionOut:
         """The person is done with a step of this kind; the same id twice counts once.
 

@@ -14,7 +14,7 @@ from app.schemas.experimenter import (
     VersionOut,
 )
 from app.schemas.protocol import Protocol
-from app.services import audit, enrolment, flow, protocols, visit
+from app.services import audit, enrolment, plan, protocols, visit
 from app.services.accounts import Experimenter
 from app.storage import participants, studies
 from app.storage.tables import ParticipantRow, ProtocolRow, StudyRow
@@ -83,7 +83,7 @@ def read(content: ProtocolIn) -> Protocol:
 def check(content: ProtocolIn) -> CheckedOut:
     """A protocol both ways, and what participants would do; nothing is kept."""
     protocol = read(content)
-    steps = flow.steps_of(protocol, 0)
+    steps = plan.steps_of(protocol, 0)
     return CheckedOut(
         protocol=protocol,
         yaml=protocols.as_yaml(protocol),
@@ -92,7 +92,7 @@ def check(content: ProtocolIn) -> CheckedOut:
     )
 
 
-def step_out(step: flow.Step) -> StepOut:
+def step_out(step: plan.Step) -> StepOut:
     """A step in words."""
     return StepOut(key=step.key, kind=step.kind, title=visit.title_of(step))
 
@@ -277,7 +277,7 @@ def _latest(db: Session, study: StudyRow) -> ProtocolRow:
     return row
 
 
-def _seconds(step: flow.Step, protocol: Protocol) -> float:
+def _seconds(step: plan.Step, protocol: Protocol) -> float:
     if step.kind == "practice":
         return protocol.practice_s
     if step.kind == "queries":

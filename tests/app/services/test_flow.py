@@ -6,12 +6,12 @@ import uuid
 import pytest
 
 from app.errors import IdReused, WrongStep
-from app.services import flow, protocols
+from app.services import flow, plan, protocols
 from app.storage.database import Database
 from app.storage.tables import EventRow, ParticipantRow
 from tests.app.factories import FREE, SMALL, enrol, make_participant, make_study
 
-FREE_STEPS: tuple[flow.Kind, ...] = ("consent", "practice", "queries", "training", "driving")
+FREE_STEPS: tuple[plan.Kind, ...] = ("consent", "practice", "queries", "training", "driving")
 
 
 def kind_of(db: object, participant: ParticipantRow) -> str:
@@ -19,8 +19,8 @@ def kind_of(db: object, participant: ParticipantRow) -> str:
 
 
 def test_a_studys_steps_in_order() -> None:
-    steps = flow.steps_of(protocols.parse(SMALL), 0)
-    order = flow.order_of(protocols.parse(SMALL), 0)
+    steps = plan.steps_of(protocols.parse(SMALL), 0)
+    order = plan.order_of(protocols.parse(SMALL), 0)
     one = ["block/avoid/{0}", "questions/avoid/{0}/steering"]
     assert [step.key for step in steps] == [
         "consent",
@@ -40,12 +40,12 @@ def test_a_studys_steps_in_order() -> None:
 
 
 def test_without_practice_there_is_no_practice() -> None:
-    steps = flow.steps_of(protocols.parse(SMALL | {"practice_s": 0.0}), 0)
+    steps = plan.steps_of(protocols.parse(SMALL | {"practice_s": 0.0}), 0)
     assert "practice" not in [step.key for step in steps]
 
 
 def test_who_tries_it_out_drives_without_an_end() -> None:
-    steps = flow.steps_of(protocols.parse(FREE), 0)
+    steps = plan.steps_of(protocols.parse(FREE), 0)
     assert tuple(step.kind for step in steps) == FREE_STEPS
     assert steps[-1].strategies == protocols.DEMO_STRATEGIES
 
@@ -73,7 +73,7 @@ def test_every_step_is_reached_from_the_one_before(database: Database) -> None:
 @pytest.mark.parametrize("step", FREE_STEPS)
 @pytest.mark.parametrize("leaves", FREE_STEPS[:-1])
 def test_no_step_can_be_skipped_or_taken_twice(
-    database: Database, step: flow.Kind, leaves: flow.Kind
+    database: Database, step: plan.Kind, leaves: plan.Kind
 ) -> None:
     with database.write() as db:
         participant = make_participant(db, step=step)

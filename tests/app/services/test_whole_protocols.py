@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from sqlalchemy.orm import Session
 
 from app.schemas.participants import QuestionnaireIn
-from app.services import flow, protocols, questionnaires, responses, visit
+from app.services import flow, questionnaires, responses, visit
 from app.services.protocols import BadProtocol
 from app.storage import studies
 from app.storage.database import Database
@@ -92,7 +92,7 @@ def do_all_asked(db: Session, study: StudyRow, asked: dict[str, list[str]]) -> N
         times * len(found.items)
         for place, times in wanted.items()
         for name in asked[place]
-        if (found := protocols.find_questionnaire(flow.here(db, participant).protocol, name))
+        if (found := questionnaires.find(flow.here(db, participant).protocol, name))
     )
     assert db.query(ResponseRow).filter_by(participant_id=participant.id).count() == items
 
