@@ -28,6 +28,7 @@ from app.storage.tables import AnswerRow
 from app.storage.ticks import COLUMNS
 from app.teleop.live_session import LiveSession
 from app.teleop.recorder import DriveLog
+from app.teleop.stick_lease import Connection
 from models.alignment import Alignment
 from models.arm_kinematics import ArmKinematics
 from models.arrays import JointPositions
@@ -47,7 +48,8 @@ STRATEGIES = (NO_ALIGN, *LEARNABLE)
 _TICKS_A_STICK = 2  # the loop runs at 60 Hz
 _DT_S = 1.0 / (_TICKS_A_STICK * STICK_HZ)
 _SILENCE_S = 0.25
-_TAB = "rehearsal"
+_NAME = "rehearsal"
+_PAGE = Connection(_NAME)
 _SEED, _START = 2, 3  # of a person's chance; Crowd has streams 0 and 1
 
 
@@ -146,7 +148,7 @@ def _answer(part: Part, person: Person, lab: _Lab, seed: int) -> Labels:
     wanted = TaskProtocol(
         task=part.task, labels=part.labels, unlabelled=PAPER_UNLABELLED[part.task]
     )
-    shown = queries.draw(_TAB, seed, wanted, lab.controller, lab.kinematics)[: part.labels]
+    shown = queries.draw(_NAME, seed, wanted, lab.controller, lab.kinematics)[: part.labels]
     given = []
     for query in shown:
         path = queries.as_path(query)
@@ -172,7 +174,7 @@ def _drive(
 ) -> Drove:
     """One attempt; they act on what was to be seen a reaction time ago."""
     session = LiveSession(
-        _TAB,
+        _NAME,
         Simulation(lab.pack, lab.task.props),
         _NoPicture(),
         lab.task,
@@ -180,7 +182,7 @@ def _drive(
         start=lab.task.home_q,
         limit_s=part.limit_s,
     )
-    session.take_stick(_TAB)
+    session.take_stick(_PAGE)
     props = PropsOut.model_validate(lab.task.props).model_dump()
     arm = ArmKinematics(lab.kinematics, lab.pack)
     attempt = lab.task.begin(session.prepare(), arm, chance)
@@ -194,10 +196,10 @@ def _drive(
         seen.append(Sight.of(attempt, props))
         if tick % _TICKS_A_STICK == 0 and len(seen) > delay:
             if presses(seen[0]):
-                session.press(_TAB)
+                session.press(_PAGE)
             wish = wish_from(lab.task.name, seen[0])
             stick = person.push(lab.task, wish, seen[0].hand, now_s, 1.0 / STICK_HZ)
-            session.move_stick(_TAB, float(stick[0]), float(stick[1]), now_s)
+            session.move_stick(_PAGE, float(stick[0]), float(stick[1]), now_s)
         session.tick(now_s, _DT_S)
         if not session.is_trying:
             break
@@ -219,7 +221,7 @@ class _Record(DriveLog):
     """A drive's ticks, kept here and not in a database."""
 
     def __init__(self) -> None:
-        self.drive_id = _TAB
+        self.drive_id = _NAME
         self.rows: list[np.ndarray] = []
         self.outcome: dict[str, Any] = {}
 

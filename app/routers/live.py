@@ -21,6 +21,7 @@ from app.schemas.messages import (
     StickIn,
 )
 from app.teleop.live_session import LiveSession
+from app.teleop.stick_lease import Connection
 
 router = APIRouter(prefix="/p/{token}", dependencies=[Depends(same_origin)])
 
@@ -65,19 +66,20 @@ async def steer(
     participant: CurrentParticipant,
     here: Here,
     tab: Annotated[str, Query(min_length=1, max_length=64)],
+    generation: Annotated[int, Query(ge=0, le=1_000_000)] = 0,
 ) -> None:
-    """The stick's connection; the newest page holds the stick."""
+    """The stick's connection; the newest page holds the stick, also when its line was lost."""
     session = await here.live.session(participant)
     await socket.accept()
-    session.pages += 1
-    session.take_stick(tab)
-    telling = asyncio.create_task(_tell(socket, session, tab, here))
+    page = Connection(tab, generation)
+    session.connect(page)
+    telling = asyncio.create_task(_tell(socket, session, page, here))
     try:
         while True:
             message = await socket.receive()
             if message["type"] == "websocket.disconnect":
                 break
-            sentence = await _follow(message.get("text") or "", here, session, tab)
+            sentence = await _follow(message.get("text") or "", here, session, page)
             if sentence is not None:
                 await socket.send_text(SentenceOut(sentence=sentence).model_dump_json())
             # However many have come at once: everyone else's turn is between any two of them.
@@ -85,12 +87,11 @@ async def steer(
     except WebSocketDisconnect:  # while answering
         pass
     finally:
-        session.pages -= 1
-        session.leave(tab)
+        session.leave(page)
         telling.cancel()
 
 
-async def _follow(text: str, here: Service, session: LiveSession, tab: str) -> str | None:
+async def _follow(text: str, here: Service, session: LiveSession, page: Connection) -> str | None:
     """Do what a page says; a sentence if that cannot be done."""
     try:
         message = PAGE_MESSAGE.validate_python(json.loads(text, parse_constant=_refuse))
@@ -98,15 +99,17 @@ async def _follow(text: str, here: Service, session: LiveSession, tab: str) -> s
             case StickIn() if not session.is_driven:
                 return "The arm is not being driven: that comes after the training."
             case StickIn():
-                session.move_stick(tab, message.x, message.y, here.live.now_s())
+                age_s = here.settings.speed * message.age_ms / 1000.0
+                found_s = here.live.now_s() - age_s
+                session.move_stick(page, message.x, message.y, found_s)
             case ShowIn():
                 await here.live.show(session, message.query_id)
             case ArrowsIn():
-                session.show_arrows(tab, message.shown)
+                session.show_arrows(page, message.shown)
             case PressIn():
-                return session.press(tab)
+                return session.press(page)
             case _:
-                _COMMANDS[message.type](session, tab)
+                _COMMANDS[message.type](session, page)
     except (ValueError, RecursionError) as error:  # not JSON, or nested beyond all sense
         return _misunderstood(error)
     except JoymapError as error:
@@ -126,12 +129,12 @@ def _refuse(constant: str) -> NoReturn:
     raise ValueError(f"{constant} is not a number a stick can give")
 
 
-async def _tell(socket: WebSocket, session: LiveSession, tab: str, here: Service) -> None:
+async def _tell(socket: WebSocket, session: LiveSession, page: Connection, here: Service) -> None:
     """Tell a page what the arm is doing, when that changes and at least once a second."""
     told, told_s = "", 0.0
     while not session.is_closed:
         now = here.live.now_s()
-        status = session.status(tab, now).model_dump_json()
+        status = session.status(page, now).model_dump_json()
         if status != told or now - told_s > _STATUS_AT_LEAST_S:
             await socket.send_text(status)
             told, told_s = status, now

@@ -44,7 +44,7 @@ async def read_live(here: Here) -> LivesOut:
     """Every arm that somebody has in front of them now, with their step and what the arm does."""
     now_s = here.live.now_s()
     seen = [
-        Live(session.participant_id, session.pages > 0, session.status("", now_s))
+        Live(session.participant_id, session.pages > 0, session.status(None, now_s))
         for session in here.live.all()
     ]
     return await run_in_threadpool(_lives, here, seen)

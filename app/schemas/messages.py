@@ -8,13 +8,20 @@ from app.schemas.participants import Axis, In
 
 
 class StickIn(In):
-    """Where the stick is now; said 30 times a second while steering."""
+    """Where the stick is now; said 30 times a second while steering.
+
+    ``age_ms`` is for how long the page has not found there what pushes the stick: the gamepad among
+    those connected, the key or the pointer down. A push that is held still is found anew each time.
+    """
 
     type: Literal["stick"]
     seq: int = Field(ge=0)
     x: Axis
     y: Axis
     sent_ms: FiniteFloat = 0.0
+    device: Literal["mouse", "finger", "pen", "keys", "gamepad"] | None = None
+    device_id: str = Field(default="", max_length=200)
+    age_ms: Annotated[FiniteFloat, Field(ge=0.0)] = 0.0
 
 
 class ShowIn(In):

@@ -18,6 +18,7 @@ from app.teleop.edges import keep_inside
 from app.teleop.recorder import DriveLog
 from app.teleop.show import Show
 from app.teleop.stick_filter import StickFilter
+from app.teleop.stick_lease import Connection, StickLease
 from models.mapping import Mapping
 from models.simulation import Simulation
 from models.tasks import Task
@@ -78,7 +79,7 @@ class LiveSession:
         self.pages = 0  # live websockets
         self._simulation = simulation
         self.task = task
-        self._silence_s = silence_s
+        self._stick = StickLease(silence_s)
         self._limit_s = limit_s
         self.waits_s = waits_s  # for a lost connection
         self.is_closed = False
@@ -87,9 +88,6 @@ class LiveSession:
         self._has_arrows = arrows == "on"
         self._arrows_age_s = 0.0
         self._filter = StickFilter()
-        self._raw = np.zeros(2)
-        self._heard_s = -np.inf
-        self._holder: str | None = None
         self._show: Show | None = None
         self._drive: _Drive | None = None
         self._homing = False
@@ -118,62 +116,57 @@ class LiveSession:
 
     # What pages say.
 
-    def take_stick(self, tab: str) -> None:
-        """This tab holds the stick from now on."""
-        if tab != self._holder:
-            self._holder = tab
-            self.let_go()
+    def connect(self, page: Connection) -> None:
+        """A page is there; as a rule it takes the stick."""
+        self.pages += 1
+        self._stick.connect(page)
 
-    def leave(self, tab: str) -> None:
-        """This tab is gone; if it held the stick, the arm holds."""
-        if tab == self._holder:
-            self._holder = None
-            self.let_go()
+    def take_stick(self, page: Connection) -> None:
+        """This page holds the stick from now on."""
+        self._stick.take(page)
 
-    def has_stick(self, tab: str) -> bool:
-        """Whether this tab's stick counts."""
-        return tab == self._holder
+    def leave(self, page: Connection) -> None:
+        """This page is gone; if it held the stick, the arm holds."""
+        self.pages -= 1
+        self._stick.leave(page)
 
-    def move_stick(self, tab: str, x: float, y: float, now_s: float) -> None:
-        """The stick is at ``(x, y)`` in [-1, 1]², if it is this tab's to say."""
-        if tab == self._holder:
-            self._raw = np.array([x, y])
-            self._heard_s = now_s
+    def has_stick(self, page: Connection) -> bool:
+        """Whether this page's stick counts."""
+        return self._stick.is_held_by(page)
 
-    def let_go(self) -> None:
-        """The stick is released."""
-        self._raw = np.zeros(2)
-        self._heard_s = -np.inf
+    def move_stick(self, page: Connection, x: float, y: float, found_s: float) -> None:
+        """The stick was found at ``(x, y)`` in [-1, 1]² at ``found_s``, if it is theirs to say."""
+        self._stick.move(page, x, y, found_s)
 
-    def release(self, tab: str) -> None:
-        """This tab lets go of the stick, if it holds it."""
-        if tab == self._holder:
-            self.let_go()
+    def release(self, page: Connection) -> None:
+        """This page lets go of the stick, if it holds it."""
+        if self.has_stick(page):
+            self._stick.let_go()
 
-    def go_home(self, tab: str) -> None:
-        """Bring the arm back to where the task begins, if this tab may and no attempt goes on."""
+    def go_home(self, page: Connection) -> None:
+        """Bring the arm back to where the task begins, if this page may and no attempt goes on."""
         drive = self._drive
-        if tab == self._holder and drive is not None and not drive.attempt.has_goal:
+        if self.has_stick(page) and drive is not None and not drive.attempt.has_goal:
             self._homing = True
 
-    def press(self, tab: str) -> str | None:
+    def press(self, page: Connection) -> str | None:
         """The button; a sentence if there is nothing to do with it."""
-        if tab != self._holder:
+        if not self.has_stick(page):
             return "You are steering in another tab."
         if self._drive is None or self._drive.end is not None:
             return "There is nothing to grasp now: no drive is going on."
         reason = self._drive.attempt.press()
         return None if reason is None else texts.NO_GRASP[reason]
 
-    def show_arrows(self, tab: str, is_on: bool) -> None:
+    def show_arrows(self, page: Connection, is_on: bool) -> None:
         """Show or hide where each stick direction would lead, where that is the person's choice."""
-        if tab == self._holder and self._may_switch_arrows:
+        if self.has_stick(page) and self._may_switch_arrows:
             self._has_arrows = is_on
             self._arrows_age_s = 0.0
 
-    def give_up(self, tab: str) -> None:
-        """End the attempt as it is, if it is this tab's to say."""
-        if tab == self._holder and self._drive is not None:
+    def give_up(self, page: Connection) -> None:
+        """End the attempt as it is, if it is this page's to say."""
+        if self.has_stick(page) and self._drive is not None:
             self._end(self._drive, "given up")
 
     # What services say.
@@ -205,7 +198,7 @@ class LiveSession:
         self.prepare()
         self._is_preparing = False
         self._homing = False
-        self.let_go()
+        self._stick.let_go()
         attempt = attempt or FreeDrive(self._simulation)
         self._drive = _Drive(strategy, mapping, log, attempt, attempt.progress)
         self._last_drive_id = log.drive_id
@@ -215,7 +208,7 @@ class LiveSession:
         if self._drive is not None:
             self._end(self._drive, why)
             self._drive = None
-            self.let_go()
+            self._stick.let_go()
 
     def close(self, why: str) -> None:
         """End everything."""
@@ -247,8 +240,8 @@ class LiveSession:
             return
         if self._auto_grasp and drive.attempt.can_grasp:
             drive.attempt.press()
-        raw = self._raw
-        silent = now_s - self._heard_s > self._silence_s
+        raw = self._stick.raw
+        silent = self._stick.is_silent(now_s)
         h = self._filter.update(np.zeros(2) if silent else raw, dt_s)
         z, a = np.zeros(2), np.zeros(7)
         by_itself = drive.attempt.way
@@ -353,8 +346,8 @@ class LiveSession:
 
     # What pages hear.
 
-    def status(self, tab: str, now_s: float) -> StatusOut:
-        """What the arm is doing, for this tab."""
+    def status(self, page: Connection | None, now_s: float) -> StatusOut:
+        """What the arm is doing, for this page, or for one that only watches."""
         playback, mode = None, "idle"
         if self._drive is not None:
             mode = "driving"
@@ -369,11 +362,11 @@ class LiveSession:
         hand = self._simulation.hand
         return StatusOut(
             mode=mode,  # type: ignore[arg-type]
-            has_stick=self.has_stick(tab),
+            has_stick=page is not None and self.has_stick(page),
             strategy=None if self._drive is None else self._drive.strategy,
             drive_id=None if self._drive is None else self._drive.log.drive_id,
             hold=None if self._drive is None else self._hold,  # type: ignore[arg-type]
-            stick=(float(self._raw[0]), float(self._raw[1])),
+            stick=(float(self._stick.raw[0]), float(self._stick.raw[1])),
             hand=tuple(round(v, 4) for v in hand.position.tolist()),
             hand_wxyz=tuple(round(v, 4) for v in hand.wxyz.tolist()),
             playback=playback,

@@ -10,12 +10,12 @@ export class DriveLink {
   /**
    * @param {import('./visit.js').Visit} visit
    * @param {import('./live.js').Live} live
-   * @param {() => import('./api.js').Stick} readStick
+   * @param {import('./stick_inputs.js').StickInputs} inputs
    */
-  constructor(visit, live, readStick) {
+  constructor(visit, live, inputs) {
     this.visit = visit
     this.live = live
-    this.readStick = readStick
+    this.inputs = inputs
     this.seq = 0
     this.openedAt_ms = -Infinity
     this.stop = new AbortController()
@@ -80,8 +80,9 @@ export class DriveLink {
   #say() {
     const { status } = this.live
     if (document.visibilityState !== 'visible' || status?.mode !== 'driving' || !status.has_stick) return
-    const { x, y } = this.readStick()
+    const now_ms = performance.now()
+    const { x, y } = this.inputs.read(now_ms)
     this.seq += 1
-    this.live.send({ type: 'stick', seq: this.seq, x, y, sent_ms: performance.now() })
+    this.live.send({ type: 'stick', seq: this.seq, x, y, sent_ms: now_ms, ...this.inputs.source(now_ms) })
   }
 }

@@ -38,7 +38,7 @@ export class DriverSeat {
     })
     this.attempt = new AttemptPanel({ onGrasp: () => this.grasp(), onGiveUp: () => live.send({ type: 'give-up' }), onAgain })
     this.stick = new StickDialog(visit, (isOpen) => this.onDialog(isOpen))
-    this.link = new DriveLink(visit, live, () => this.inputs.read(performance.now()))
+    this.link = new DriveLink(visit, live, this.inputs)
     this.arrows = html('input', { type: 'checkbox', 'data-testid': 'arrows', onchange: () => this.point() })
     this.hold = html('p', { class: 'hold', role: 'status', 'data-testid': 'hold' })
     this.readout = html('p', { class: 'readout', 'data-testid': 'readout', 'aria-hidden': 'true' })

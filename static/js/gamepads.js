@@ -2,10 +2,10 @@
 import { CENTRE, deflection, fromGamepadAxes } from './joystick.js'
 import { gamepadName } from './words.js'
 
-/** @typedef {{h: import('./api.js').Stick, name: string | null, pressed: Set<number>}} PadReading */
+/** @typedef {{h: import('./api.js').Stick, name: string | null, id: string, pressed: Set<number>}} PadReading */
 
 /** @type {Readonly<PadReading>} a hand on no gamepad: nothing is pushed. */
-export const NO_PAD = Object.freeze({ h: CENTRE, name: null, pressed: new Set() })
+export const NO_PAD = Object.freeze({ h: CENTRE, name: null, id: '', pressed: new Set() })
 
 const CROSS = [[12, 0, 1], [13, 0, -1], [14, -1, 0], [15, 1, 0]]
 
@@ -14,7 +14,7 @@ export function largestStick(pad) {
   // Only the standard layout says that axes 2 and 3 are a stick; elsewhere they may be triggers.
   const isStandard = pad.mapping === 'standard'
   const pairs = isStandard ? [[0, 1], [2, 3]] : [[0, 1]]
-  const sticks = pairs.map(([right, down]) => fromGamepadAxes(axis(pad, right), axis(pad, down)))
+  const sticks = pairs.map(([right, down]) => fromGamepadAxes(pad.axes[right], pad.axes[down]))
   if (isStandard) {
     const cross = { x: 0, y: 0 }
     for (const [button, x, y] of CROSS) {
@@ -35,14 +35,9 @@ export function readGamepads() {
     const h = largestStick(pad)
     const pressed = new Set(pad.buttons.flatMap((button, index) => (button.pressed ? [index] : [])))
     const isBetter = best === NO_PAD || deflection(h) > deflection(best.h) || (pressed.size > 0 && best.pressed.size === 0)
-    if (isBetter) best = { h, name: gamepadName(pad.id), pressed }
+    if (isBetter) best = { h, name: gamepadName(pad.id), id: pad.id, pressed }
   }
   return best
-}
-
-/** An axis that is missing, or tells no number, is at rest. */
-function axis(pad, index) {
-  return Number.isFinite(pad.axes[index]) ? pad.axes[index] : 0
 }
 
 function connected() {

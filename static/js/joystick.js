@@ -43,7 +43,10 @@ export function toHumanInput(dx, dy, radius) {
   return deflection(h) < DEAD_ZONE ? CENTRE : limit(h)
 }
 
-/** A gamepad's stick may rest off its centre: what is left outside the dead zone is stretched to [0, 1]. */
+/**
+ * A gamepad's stick may rest off its centre: what is left outside the dead zone is stretched to [0, 1]. A stick of which
+ * an axis is missing, or tells no number, is at rest.
+ */
 export function fromGamepadAxes(right, down) {
   const r = Math.hypot(right, down)
   if (!(r >= DEAD_ZONE)) return CENTRE

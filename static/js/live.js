@@ -26,6 +26,7 @@ export class Live extends EventTarget {
   constructor(url, banners) {
     super()
     this.url = `${url}?tab=${newId()}`
+    this.connections = 0
     this.banners = banners
     /** @type {Status | null} */
     this.status = null
@@ -43,7 +44,7 @@ export class Live extends EventTarget {
       this.socket.hurry()
       return
     }
-    this.socket = new LiveSocket(this.url, {
+    this.socket = new LiveSocket(() => `${this.url}&generation=${this.connections++}`, {
       onOpen: () => this.#opened(),
       onClosed: () => this.#closed(),
       onMessage: (message) => this.#hear(message),

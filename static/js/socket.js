@@ -6,7 +6,7 @@ const SILENCE_MS = 4500
 
 /** Calls `onOpen`, `onClosed` (once for each loss) and `onMessage` with parsed JSON. */
 export class LiveSocket {
-  /** @param {string} url @param {{onOpen: () => void, onClosed: () => void, onMessage: (message: any) => void}} hooks */
+  /** @param {string | (() => string)} url or what makes one for each connection @param {{onOpen: () => void, onClosed: () => void, onMessage: (message: any) => void}} hooks */
   constructor(url, hooks, { Socket = WebSocket, backoff = new Backoff() } = {}) {
     this.url = url
     this.hooks = hooks
@@ -49,7 +49,7 @@ export class LiveSocket {
 
   #connect() {
     clearTimeout(this.timer)
-    const socket = new this.Socket(this.url)
+    const socket = new this.Socket(typeof this.url === 'string' ? this.url : this.url())
     this.socket = socket
     this.#listenFor(socket)
     socket.onopen = () => {

@@ -18,7 +18,8 @@ export class Visit {
   /** @param {Session} session */
   adopt(session) {
     this.session = session
-    for (const watcher of [...this.watchers]) watcher(session)
+    // A watcher may stop others: the step that is left hears nothing of the one that comes.
+    for (const watcher of [...this.watchers]) if (this.watchers.has(watcher)) watcher(session)
   }
 
   /** @param {(session: Session) => void} watcher @returns {() => void} stops it. */

@@ -122,12 +122,53 @@ def test_keys_alone_are_enough_even_after_a_click_into_the_picture(onlooker: Vis
     assert all(h[0] > 0.3 and abs(h[1]) < 0.1 for h in given[1::2])
 
 
-def test_the_newest_tab_steers_and_the_older_one_says_so(visitor: Visitor) -> None:
+def start_driving(visitor: Visitor) -> None:
     go_to(visitor.link, "training")
     visitor.page.reload()
     visitor.wait_for_step("training")
     visitor.click("drive")
     visitor.wait_for_step("driving")
+    visitor.wait(lambda: visitor.status.get("mode") == "driving")
+
+
+def test_a_line_lost_for_ten_seconds_comes_back_steering(visitor: Visitor) -> None:
+    start_driving(visitor)
+    hold = visitor.page.get_by_test_id("hold")
+    visitor.page.keyboard.down("ArrowUp")
+    expect(hold).to_have_attribute("data-hold", "moving")
+    visitor.context.set_offline(True)
+    expect(hold).to_have_attribute("data-hold", "offline")
+    visitor.page.keyboard.up("ArrowUp")
+    visitor.page.wait_for_timeout(10_000)
+    visitor.context.set_offline(False)
+    expect(hold).to_have_attribute("data-hold", "released")
+    # What the server learns of the old line's end takes nothing away.
+    visitor.page.wait_for_timeout(3000)
+    assert visitor.status["has_stick"]
+    expect(visitor.page.get_by_test_id("take-stick")).to_be_hidden()
+    visitor.page.keyboard.down("ArrowDown")
+    expect(hold).to_have_attribute("data-hold", re.compile("moving|edge"))
+    visitor.page.keyboard.up("ArrowDown")
+    visitor.complaints.clear()  # of a line that is cut, browsers complain
+
+
+@pytest.mark.soak
+def test_a_push_held_still_for_a_minute_keeps_driving(visitor: Visitor) -> None:
+    start_driving(visitor)
+    visitor.press_stick(0.02, 0.1)
+    visitor.wait(lambda: visitor.status["hold"] is None)
+    visitor.page.wait_for_timeout(500)
+    holds = set()
+    for _ in range(600):
+        visitor.page.wait_for_timeout(100)
+        holds.add(visitor.status["hold"])
+    assert holds <= {None, "edge"}
+    visitor.release_stick()
+    visitor.wait(lambda: visitor.status["hold"] == "released")
+
+
+def test_the_newest_tab_steers_and_the_older_one_says_so(visitor: Visitor) -> None:
+    start_driving(visitor)
     older = visitor.page
     visitor.page = visitor.open_tab()
     visitor.wait_for_step("driving")

@@ -5,6 +5,7 @@ import { dirname, join, resolve } from 'node:path'
 import test from 'node:test'
 import { Draft, forgetDrafts, optionsOf } from '../../static/js/draft.js'
 import { isLeftOver } from '../../static/js/one_press.js'
+import { Visit } from '../../static/js/visit.js'
 
 const STATIC = resolve(import.meta.dirname, '../../static')
 
@@ -126,4 +127,14 @@ test('no file that every participant’s page loads names a way of steering', ()
   }
   assert.ok(scriptsOf('participant.html').some((file) => file.endsWith('steps/block.js')))
   assert.ok(!scriptsOf('participant.html').some((file) => file.endsWith('learned.js')))
+})
+test('a step that another watcher has taken down hears nothing of what comes next', () => {
+  const visit = new Visit({}, {})
+  const heard = []
+  let stop = () => {}
+  visit.watch(() => stop())
+  stop = visit.watch(() => heard.push('the step that is left'))
+  visit.watch(() => heard.push('the rest'))
+  visit.adopt({})
+  assert.deepEqual(heard, ['the rest'])
 })

@@ -35,13 +35,17 @@ class QueriesStep {
       hint: 'Hold the arrow keys or W, A, S, D to move your answer; it stays where you leave it. Shift moves it slowly.',
       says: 'Your answer:',
       onTap: (direction) => this.mark.tap(direction),
-      onPointer: (h) => this.mark.point(h),
+      onPointer: (h) => {
+        this.mark.point(h)
+        this.offer()
+      },
+      onPoll: (now_ms, dt_s) => this.poll(now_ms, dt_s),
       shortcuts: { Enter: () => this.confirm(), NumpadEnter: () => this.confirm(), KeyR: () => this.again() },
       buttons: { 0: () => this.pressA(), 3: () => this.again() },
     })
     this.#build(root)
     this.unwatch = visit.watch(() => this.follow())
-    this.stopDrawing = eachFrame((now_ms, dt_s) => this.draw(now_ms, dt_s))
+    this.stopDrawing = eachFrame(() => this.draw())
     this.choose(this.#next())
     if (this.saver.unsaved) void this.#save(this.saver.unsaved)
   }
@@ -90,12 +94,21 @@ class QueriesStep {
     this.cantSay.disabled = this.isBusy || this.query.answer?.h === null
   }
 
-  draw(now_ms, dt_s) {
-    this.inputs.read(now_ms)
+  /** Keys and gamepads move the mark, however few pictures are drawn. */
+  poll(now_ms, dt_s) {
     if (this.inputs.isOn) this.mark.follow(this.inputs.state, dt_s, now_ms)
+    this.offer()
+  }
+
+  draw() {
+    const { h } = this.mark
+    this.inputs.pad.draw(h, h === null ? 'empty' : this.#isKept(h) ? 'saved' : 'marked')
+  }
+
+  /** What can be confirmed now. */
+  offer() {
     const { h } = this.mark
     const isKept = this.#isKept(h)
-    this.inputs.pad.draw(h, h === null ? 'empty' : isKept ? 'saved' : 'marked')
     this.confirmButton.disabled = this.isBusy || h === null
     const words = this.isBusy ? 'Saving…' : isKept ? 'Keep this answer' : this.query.answer?.h ? 'Change the answer' : 'Confirm answer'
     if (this.confirmWords.textContent !== words) this.confirmWords.textContent = words

@@ -24,7 +24,7 @@ from models.simulation import Simulation
 from models.task_space import fit_task_space, survey
 from models.tasks import get_task
 from models.tasks.avoid import AvoidPhase
-from tests.app.teleop.test_live_session import FakeRecorder, FakeScene
+from tests.app.teleop.test_live_session import NEWER, PAGE, FakeRecorder, FakeScene
 from tests.drivers import stick
 
 DT_S = 1 / 60
@@ -82,7 +82,7 @@ class Drive:
             start=lab.task.home_q,
             **settings,  # type: ignore[arg-type]
         )
-        self.session.take_stick("tab")
+        self.session.take_stick(PAGE)
         simulation = self.session.prepare()
         self.attempt = lab.task.begin(simulation, lab.kinematics, np.random.default_rng(seed))
         log = DriveLog(self.recorder, "d", 0, 0.5)  # type: ignore[arg-type]
@@ -91,11 +91,11 @@ class Drive:
 
     @property
     def progress(self):
-        return self.session.status("tab", self.now_s).progress
+        return self.session.status(PAGE, self.now_s).progress
 
     def tick(self, h: np.ndarray) -> None:
         self.now_s += DT_S
-        self.session.move_stick("tab", float(h[0]), float(h[1]), self.now_s)
+        self.session.move_stick(PAGE, float(h[0]), float(h[1]), self.now_s)
         self.session.tick(self.now_s, DT_S)
 
     def steer(self, limit_s: float) -> None:
@@ -107,10 +107,10 @@ class Drive:
 
     def follow(self) -> None:
         """Let the person steer for a tick by what a page is told."""
-        status = self.session.status("tab", self.now_s).model_dump(mode="json")
+        status = self.session.status(PAGE, self.now_s).model_dump(mode="json")
         sight = Sight.of_status(status, self.props)
         if presses(sight):
-            self.session.press("tab")
+            self.session.press(PAGE)
         self.tick(stick(self.lab.person, sight))
 
 
@@ -175,12 +175,12 @@ def test_every_tick_says_where_the_props_were(task: str, pack: PandaPack) -> Non
 
 def test_the_hand_takes_the_cup_by_itself_once_it_is_told_to(pack: PandaPack) -> None:
     drive = Drive(lab_of("fetch-and-pour", pack), pack, lab_of("fetch-and-pour", pack).learned)
-    assert "nothing to grasp here" in (drive.session.press("tab") or "")
+    assert "nothing to grasp here" in (drive.session.press(PAGE) or "")
     for _ in range(round(15 / DT_S)):
         drive.follow()
         if drive.attempt.simulation.is_holding:
             break
-    assert drive.session.press("tab") == "The cup is in the hand already."
+    assert drive.session.press(PAGE) == "The cup is in the hand already."
     drive.session.stop_drive("left")
     holds = drive.recorder.column("hold")
     assert np.any(holds == 1 + HOLDS.index("by-itself"))
@@ -208,27 +208,27 @@ def test_there_is_a_time_limit_where_one_is_set(pack: PandaPack) -> None:
     assert (drive.progress.end, drive.progress.is_success) == ("time limit", False)
     assert drive.recorder.ends == [("d", "time limit")]
     assert len(drive.recorder.rows()) == 60
-    assert drive.session.status("tab", drive.now_s).hold == "over"
+    assert drive.session.status(PAGE, drive.now_s).hold == "over"
 
 
 def test_giving_up_ends_the_drive_and_is_for_whoever_holds_the_stick(pack: PandaPack) -> None:
     lab = lab_of("avoid", pack)
     drive = Drive(lab, pack, lab.learned)
     drive.tick(np.zeros(2))
-    drive.session.give_up("another tab")
+    drive.session.give_up(NEWER)
     assert drive.progress.end is None
-    drive.session.give_up("tab")
+    drive.session.give_up(PAGE)
     assert drive.progress.end == "given up"
-    drive.session.give_up("tab")
+    drive.session.give_up(PAGE)
     assert drive.recorder.ends == [("d", "given up")]
-    assert "no drive is going on" in (drive.session.press("tab") or "")
+    assert "no drive is going on" in (drive.session.press(PAGE) or "")
 
 
 def test_there_is_nothing_to_grasp_where_there_is_nothing(pack: PandaPack) -> None:
     lab = lab_of("avoid", pack)
     drive = Drive(lab, pack, lab.learned)
-    assert drive.session.press("tab") == "There is nothing to grasp in this task."
-    assert drive.session.press("other") == "You are steering in another tab."
+    assert drive.session.press(PAGE) == "There is nothing to grasp in this task."
+    assert drive.session.press(NEWER) == "You are steering in another tab."
 
 
 @pytest.mark.parametrize("task", TASKS)

@@ -17,7 +17,7 @@ from models.panda import Q_MAX, Q_MIN, QD_MAX
 from models.panda_pack import PandaPack
 from models.simulation import Simulation
 from models.tasks import TASKS, Task, get_task
-from tests.app.teleop.test_live_session import FakeRecorder, FakeScene
+from tests.app.teleop.test_live_session import PAGE, FakeRecorder, FakeScene
 from tests.drivers import unaligned
 
 DT_S = 1 / 60
@@ -76,14 +76,14 @@ def test_every_tick_of_a_drive_keeps_to_the_speed_of_the_joints(
             silence_s=0.25,
             start=s,
         )
-        session.take_stick("tab")
+        session.take_stick(PAGE)
         log = DriveLog(recorder, str(drive), 0, 0.5)  # type: ignore[arg-type]
         session.start_drive("no-align", mapping, log)
         for tick in range(40):
             if tick % 8 == 0:
                 x, y = rng.uniform(-1.0, 1.0, 2)
             now_s += DT_S
-            session.move_stick("tab", x, y, now_s)
+            session.move_stick(PAGE, x, y, now_s)
             session.tick(now_s, DT_S)
         session.stop_drive("left")
     asked = np.abs(recorder.rows()[:, ASKED]) / QD_MAX

@@ -9,6 +9,7 @@ from models.panda_pack import PandaPack
 from models.simulation import Simulation
 from models.tasks.fetch_and_pour import FetchPhase
 from tests.app.teleop.test_driven_tasks import Drive, lab_of
+from tests.app.teleop.test_live_session import NEWER, PAGE
 
 
 def tip(simulation: Simulation) -> np.ndarray:
@@ -41,21 +42,21 @@ def test_who_may_switch_them_sees_them_while_steering(pack: PandaPack) -> None:
     drive = Drive(lab, pack, lab.learned, arrows="switch")
     drive.tick(np.zeros(2))
     assert drive.scene.arrows is None
-    drive.session.show_arrows("another tab", True)
+    drive.session.show_arrows(NEWER, True)
     drive.tick(np.zeros(2))
     assert drive.scene.arrows is None
-    drive.session.show_arrows("tab", True)
+    drive.session.show_arrows(PAGE, True)
     for _ in range(12):
         drive.tick(np.array([0.0, 1.0]))
     first = drive.scene.arrows
     assert first is not None
-    assert drive.session.status("tab", drive.now_s).arrows
+    assert drive.session.status(PAGE, drive.now_s).arrows
     for _ in range(12):
         drive.tick(np.array([0.0, 1.0]))
     later = drive.scene.arrows
     assert later is not None
     assert not np.allclose(first, later)  # they stay at the hand
-    drive.session.give_up("tab")
+    drive.session.give_up(PAGE)
     assert drive.scene.arrows is None
     assert drive.recorder.outcomes[0]["arrows_s"] == pytest.approx(24 / 60)
 
@@ -66,7 +67,7 @@ def test_where_the_study_decides_nobody_can_switch_them(
 ) -> None:
     lab = lab_of("avoid", pack)
     drive = Drive(lab, pack, lab.learned, arrows=setting)
-    drive.session.show_arrows("tab", not are_seen)
+    drive.session.show_arrows(PAGE, not are_seen)
     for _ in range(12):
         drive.tick(np.zeros(2))
     assert (drive.scene.arrows is not None) == are_seen

@@ -9,12 +9,15 @@ import pytest
 from app.storage.ticks import COLUMNS
 from app.teleop.live_session import LiveSession
 from app.teleop.recorder import DriveLog
+from app.teleop.stick_lease import Connection
 from models.checkpoints import load_controller
 from models.panda import Q_MAX, Q_MIN
 from models.panda_pack import PandaPack
 from models.simulation import HandState, Simulation
 from models.tasks import get_task
 from tests.drivers import unaligned
+
+PAGE, NEWER = Connection("tab"), Connection("newer")
 
 DT_S = 1 / 60
 TASK = get_task("plane")
@@ -104,19 +107,19 @@ class Arm:
         for _ in range(round(seconds / DT_S)):
             self.now_s += DT_S
             if stick is not None:
-                self.session.move_stick("tab", *stick, self.now_s)
+                self.session.move_stick(PAGE, *stick, self.now_s)
             self.session.tick(self.now_s, DT_S)
         way: np.ndarray = self.simulation.hand.position - before
         return way
 
     def hold(self) -> Any:
-        return self.session.status("tab", self.now_s).hold
+        return self.session.status(PAGE, self.now_s).hold
 
 
 @pytest.fixture
 def arm(pack: PandaPack) -> Arm:
     arm = Arm(pack)
-    arm.session.take_stick("tab")
+    arm.session.take_stick(PAGE)
     arm.drive()
     return arm
 
@@ -150,32 +153,84 @@ def test_the_arm_holds_a_quarter_of_a_second_after_silence(arm: Arm) -> None:
     assert arm.hold() == "silent"
 
 
+def test_what_pushed_the_stick_and_is_not_found_any_more_is_let_go_whoever_goes_on_sending(
+    arm: Arm,
+) -> None:
+    arm.tick(0.5, (1.0, 0.0))
+    found_s = arm.now_s
+    for _ in range(20):
+        arm.session.move_stick(PAGE, 1.0, 0.0, found_s)
+        arm.tick(DT_S)
+    assert arm.hold() == "silent"
+    arm.tick(0.2)
+    assert np.abs(arm.tick(0.5)).max() < 1e-4
+
+
+def test_a_push_that_is_held_still_for_a_minute_keeps_driving(arm: Arm) -> None:
+    for _ in range(60):
+        arm.tick(1.0, (0.0, 0.05))
+        assert arm.hold() in (None, "edge")
+
+
 def test_a_hidden_page_lets_the_arm_hold_at_once(arm: Arm) -> None:
     arm.tick(0.5, (1.0, 0.0))
-    arm.session.let_go()
+    arm.session.release(PAGE)
     arm.tick(0.1)
     assert np.abs(arm.tick(1.0)).max() < 1e-4
 
 
 def test_only_the_newest_tab_steers(arm: Arm) -> None:
-    arm.session.take_stick("newer")
-    assert not arm.session.has_stick("tab")
+    arm.session.take_stick(NEWER)
+    assert not arm.session.has_stick(PAGE)
     assert np.abs(arm.tick(1.0, (1.0, 0.0))).max() < 1e-4
-    arm.session.take_stick("tab")
+    arm.session.take_stick(PAGE)
     assert np.linalg.norm(arm.tick(0.5, (1.0, 0.0))) > 0.03
 
 
 def test_a_tab_that_leaves_does_not_take_the_stick_of_another(arm: Arm) -> None:
-    arm.session.take_stick("newer")
-    arm.session.leave("tab")
-    assert arm.session.has_stick("newer")
-    arm.session.leave("newer")
-    assert not arm.session.has_stick("newer")
+    arm.session.take_stick(NEWER)
+    arm.session.leave(PAGE)
+    assert arm.session.has_stick(NEWER)
+    arm.session.leave(NEWER)
+    assert not arm.session.has_stick(NEWER)
+
+
+def test_a_page_whose_line_was_lost_comes_back_steering(arm: Arm) -> None:
+    arm.tick(0.5, (1.0, 0.0))
+    again = Connection("tab", 1)
+    arm.session.connect(again)
+    arm.session.leave(PAGE)  # of the old line's end the server hears after the new one has begun
+    assert arm.session.has_stick(again)
+    arm.tick(0.3)
+    assert np.abs(arm.tick(0.5, (1.0, 0.0))).max() < 1e-4, "what the old line still says"
+    arm.session.move_stick(again, 0.0, 1.0, arm.now_s)
+    assert np.linalg.norm(arm.tick(0.1)) > 0.001
+
+
+def test_a_page_that_comes_back_takes_no_stick_from_another(arm: Arm) -> None:
+    arm.session.connect(NEWER)
+    arm.session.leave(PAGE)
+    arm.session.connect(Connection("tab", 1))
+    assert arm.session.has_stick(NEWER)
+    arm.session.leave(NEWER)  # its line is lost, too
+    back = Connection("tab", 2)
+    arm.session.connect(back)
+    assert not arm.session.has_stick(back)
+    again = Connection("newer", 1)
+    arm.session.connect(again)
+    assert arm.session.has_stick(again)
+
+
+def test_an_older_line_of_a_page_takes_nothing_from_its_newer_one(arm: Arm) -> None:
+    newest = Connection("tab", 7)
+    arm.session.connect(newest)
+    arm.session.connect(Connection("tab", 6))
+    assert arm.session.has_stick(newest)
 
 
 def test_taking_the_stick_stops_what_the_other_tab_was_doing(arm: Arm) -> None:
     arm.tick(0.5, (1.0, 0.0))
-    arm.session.take_stick("newer")
+    arm.session.take_stick(NEWER)
     arm.tick(0.2)
     assert np.abs(arm.tick(0.5)).max() < 1e-4
 
@@ -215,7 +270,7 @@ def test_joint_limits_are_kept_under_a_wild_stick(arm: Arm, rng: np.random.Gener
 
 def test_home_brings_the_arm_back_to_where_the_task_begins(arm: Arm) -> None:
     arm.tick(2.0, (0.7, 0.7))
-    arm.session.go_home("tab")
+    arm.session.go_home(PAGE)
     arm.tick(0.1, (0.0, 0.0))
     assert arm.hold() == "moving-home"
     arm.tick(3.0, (0.0, 0.0))
@@ -277,13 +332,13 @@ def test_a_move_is_played_from_start_to_end_and_stays_there(pack: PandaPack) -> 
     assert arm.scene.moves == 1
     arm.tick(0.3)
     assert arm.scene.arms[-1] == pytest.approx(path[0])
-    status = arm.session.status("tab", arm.now_s)
+    status = arm.session.status(PAGE, arm.now_s)
     assert status.mode == "showing"
     assert status.playback is not None
     assert status.playback.duration_s == pytest.approx(1.0)
     arm.tick(3.0)
     assert arm.scene.arms[-1] == pytest.approx(path[-1])
-    assert arm.session.status("tab", arm.now_s).mode == "idle"
+    assert arm.session.status(PAGE, arm.now_s).mode == "idle"
 
 
 def test_nothing_is_sent_while_nothing_moves(arm: Arm) -> None:

@@ -11,7 +11,7 @@ from app.storage.ticks import COLUMNS, pack, pack_props, unpack, unpack_props
 from app.teleop.replay import Replay
 from models.panda_pack import PandaPack
 from tests.app.teleop.test_driven_tasks import Drive, lab_of
-from tests.app.teleop.test_live_session import FakeScene
+from tests.app.teleop.test_live_session import PAGE, FakeScene
 
 
 def record_of(drive: Drive) -> Record:
@@ -46,7 +46,7 @@ def test_what_the_record_says_is_what_the_task_said(task: str, pack: PandaPack) 
         drive.steer(40.0)
     else:
         drive.steer(40.0)
-    drive.session.give_up("tab")
+    drive.session.give_up(PAGE)
     said = drive.recorder.outcomes[-1]["counts"]
     found = record_of(drive).measures()
     if task == "avoid":
@@ -74,7 +74,7 @@ def record(pack: PandaPack) -> Record:
     lab = lab_of("pour-cup", pack)
     drive = Drive(lab, pack, lab.learned)
     carry(drive, 120, (0.0, 0.01))
-    drive.session.give_up("tab")
+    drive.session.give_up(PAGE)
     return record_of(drive)
 
 
