@@ -24,7 +24,7 @@ def read_join_page(token: str, here: Here, request: Request) -> HTMLResponse:
         enrolment.study_of(db, token)
     shown = HTMLResponse(page("join.html"))
     # Before anybody joins: if the answer to that is lost, they are known when they press again.
-    _remember(here, token, request, shown)
+    _remember(here, token, _browser(request), request, shown)
     return shown
 
 
@@ -33,21 +33,29 @@ def read_study(token: str, here: Here) -> JoinPageOut:
     """What the page says of the study."""
     with here.database.read() as db:
         study = enrolment.study_of(db, token)
-        return JoinPageOut(title=study.title, is_open=study.state == "open")
+        return JoinPageOut(title=study.title, is_open=enrolment.takes_in(db, study))
 
 
 @router.post("", dependencies=[Depends(same_origin)], status_code=201)
 def join(token: str, who: JoinIn, here: Here, request: Request, response: Response) -> JoinOut:
     """Take part; who comes back with a recruiting service's id, in the same browser, goes on."""
-    own, browser = enrolment.new_token(), _remember(here, token, request, response)
+    own, browser = enrolment.new_token(), _browser(request)
     with here.database.write() as db:
-        enrolment.join(db, token, own, who.external_id, browser)
+        press = None if who.id is None else str(who.id)
+        enrolment.join(db, token, own, who.external_id, browser, press)
+    _remember(here, token, browser, request, response)
     return JoinOut(link=f"{here.settings.base_url}/p/{own}")
 
 
-def _remember(here: Service, token: str, request: Request, response: Response) -> str:
-    """What this browser is known by in this study, kept for another while."""
-    browser = request.cookies.get(BROWSER_COOKIE) or enrolment.new_token()
+def _browser(request: Request) -> str:
+    """What this browser is known by in this study."""
+    return request.cookies.get(BROWSER_COOKIE) or enrolment.new_token()
+
+
+def _remember(
+    here: Service, token: str, browser: str, request: Request, response: Response
+) -> None:
+    """Let this browser be known for another while by the link of a study that there is."""
     response.set_cookie(
         BROWSER_COOKIE,
         browser,
@@ -57,4 +65,3 @@ def _remember(here: Service, token: str, request: Request, response: Response) -
         samesite="lax",
         secure=request.url.scheme == "https",
     )
-    return browser

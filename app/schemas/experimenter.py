@@ -12,7 +12,8 @@ from app.schemas.protocol import Protocol
 
 State = Literal["active", "completed", "abandoned", "withdrawn"]
 JobState = Literal["queued", "running", "succeeded", "failed"]
-ExternalId = Annotated[str, Field(pattern=r"^[\w.@-]{1,80}$")]
+LARGEST = 2**63 - 1  # that the database can hold, or compare a number with
+ExternalId = Annotated[str, Field(min_length=1, max_length=200)]
 Words = Annotated[str, Field(min_length=1, max_length=2000)]
 
 

@@ -1,9 +1,19 @@
 """What a participant's page sends and gets over HTTP."""
 
+from datetime import UTC, datetime
 from typing import Annotated, Any, Literal
 from uuid import UUID
 
-from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, FiniteFloat, StrictBool, StrictInt
+from pydantic import (
+    AfterValidator,
+    AwareDatetime,
+    BaseModel,
+    ConfigDict,
+    Field,
+    FiniteFloat,
+    StrictBool,
+    StrictInt,
+)
 
 from app.schemas.props import PropsOut
 from app.schemas.protocol import Questionnaire
@@ -29,6 +39,24 @@ class ConsentIn(In):
     version: str = Field(max_length=40)
 
 
+def _cut_off(seconds: float) -> float:
+    return min(seconds, LONGEST_S)
+
+
+def _storable(at: datetime) -> datetime:
+    try:
+        return max(at.astimezone(UTC), _EARLIEST)
+    except OverflowError:  # the first or last day that there is, elsewhere
+        return _EARLIEST if at.year < _EARLIEST.year else datetime.max.replace(tzinfo=UTC)
+
+
+LONGEST_S = 86_400.0
+_EARLIEST = datetime(1970, 1, 1, tzinfo=UTC)
+# What a page measured is never refused: a tab stays open for days, and its clock may be wrong.
+Measured = Annotated[FiniteFloat, Field(ge=0.0), AfterValidator(_cut_off)]
+PageTime = Annotated[AwareDatetime, AfterValidator(_storable)]
+
+
 class StepDoneIn(In):
     """The person goes on to the next step."""
 
@@ -41,7 +69,7 @@ class AnswerIn(In):
     id: UUID
     query_id: UUID
     h: Stick | None
-    thinking_time_s: Annotated[FiniteFloat, Field(ge=0.0, le=86_400.0)]
+    thinking_time_s: Measured
 
 
 class StepKeyIn(In):
@@ -56,7 +84,7 @@ class ResponseIn(In):
 
     item: str = Field(max_length=40)
     value: StrictInt | Annotated[str, Field(min_length=1, max_length=5000)] | None
-    answered_at: AwareDatetime  # by the page's clock
+    answered_at: PageTime  # by the page's clock
 
 
 class QuestionnaireIn(StepKeyIn):
@@ -75,7 +103,9 @@ class WithdrawIn(In):
 class JoinIn(In):
     """Somebody comes by a study's shared link; a recruiting service may have named them."""
 
-    external_id: Annotated[str, Field(pattern=r"^[\w.@-]{1,80}$")] | None = None
+    # Of this press of the button: sent again, it is answered with the same place.
+    id: UUID | None = None
+    external_id: Annotated[str, Field(max_length=1000)] | None = None
 
 
 class JoinPageOut(BaseModel):

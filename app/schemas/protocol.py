@@ -139,6 +139,8 @@ class Protocol(_Part):
     questionnaires: Asked = Asked()
     own_questionnaires: tuple[Questionnaire, ...] = Field(default=(), max_length=20)
     completion: Completion = Completion()
+    # Whether the shared link takes people in by what a recruiting service calls them.
+    external_ids: Literal["required", "optional", "none"] = "optional"
     participants: int | None = Field(default=None, ge=1, le=100_000)  # enrol no more than these
     # An attempt that a lost connection cut off: may be made again, or counts as it is.
     lost_drive: Literal["again", "counts"] = "again"

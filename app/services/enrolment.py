@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 
 from app.errors import IdReused, JoymapError, UnknownLink
 from app.schemas.protocol import Protocol
-from app.services import counterbalancing, plan, protocols
+from app.services import counterbalancing, external_ids, plan, protocols
 from app.settings import Settings
 from app.storage import participants, studies
 from app.storage.tables import EventRow, ParticipantRow, ProtocolRow, StudyRow
@@ -178,47 +178,69 @@ def enrol(
 
 
 def join(
-    db: Session, link_token: str, token: str, external_id: str | None, browser: str
+    db: Session,
+    link_token: str,
+    token: str,
+    external_id: str | None,
+    browser: str,
+    press: str | None = None,
 ) -> ParticipantRow:
-    """Come by a study's shared link; who comes back with their external id gets their place again.
+    """Come by a study's shared link; who comes back gets their place again.
 
-    An external id is no secret: the place goes only to the browser that took it. Somebody who
-    comes back gets a new link, and the former one ends.
+    Neither an external id nor the id of a press is a secret: the place goes only to the browser
+    that took it. Somebody who comes back gets a new link, and the former one ends.
 
     Args:
         db: The transaction.
         link_token: The shared link's.
         token: The participant's own link's, if they get in.
-        external_id: What a recruiting service calls them.
+        external_id: What a recruiting service calls them, as their link has it.
         browser: What their browser is known by.
+        press: The page's id of pressing the button: the same one again is the same person.
 
     Raises:
         UnknownLink: If it is no study's.
+        NoId: If the study takes nobody in without an id, and this is nobody's.
         IdTaken: If somebody came with this id before, in another browser.
+        IdReused: If the press is another browser's.
         StudyClosed: If the study takes nobody in, and this is nobody known.
         StudyFull: If all its places are taken.
     """
     study = study_of(db, link_token)
-    # Without an id there is nothing to come back with, so no browser is kept.
-    browser_hash = None if external_id is None else hash_of(browser)
-    if external_id is not None:
-        known = participants.by_external_id(db, study.id, external_id)
-        if known is not None:
-            if known.browser_hash != browser_hash:
-                raise IdTaken
-            if known.state == "abandoned":
-                come_back(db, known)
-            known.token_hash = hash_of(token)
-            return known
+    latest = studies.latest(db, study.id)
+    wanted = "optional" if latest is None else protocols.of_row(latest).external_ids
+    name, browser_hash = external_ids.of_study(wanted, external_id), hash_of(browser)
+    known = None if name is None else participants.by_external_id(db, study.id, name)
+    if known is not None and known.browser_hash != browser_hash:
+        raise IdTaken
+    pressed = None if press is None else db.get(ParticipantRow, press)
+    if known is None and pressed is not None:
+        if pressed.study_id != study.id or pressed.browser_hash != browser_hash:
+            raise IdReused
+        known = pressed
+    if known is not None:
+        if known.state == "abandoned":
+            come_back(db, known)
+        known.token_hash = hash_of(token)
+        return known
     return enrol(
         db,
         study,
         token,
-        participant_id=str(uuid.uuid4()),
+        participant_id=press or str(uuid.uuid4()),
         origin=LINK,
-        external_id=external_id,
+        external_id=name,
         browser_hash=browser_hash,
     )
+
+
+def takes_in(db: Session, study: StudyRow) -> bool:
+    """Whether somebody new would get a place now."""
+    row = studies.latest(db, study.id)
+    if study.state != "open" or row is None:
+        return False
+    wanted = protocols.of_row(row).participants
+    return wanted is None or sum(studies.cell_counts(db, row.id, LIVE).values()) < wanted
 
 
 def study_of(db: Session, link_token: str) -> StudyRow:

@@ -14,8 +14,9 @@ from app.schemas.experimenter import (
     VersionOut,
 )
 from app.schemas.protocol import Protocol
-from app.services import audit, enrolment, plan, protocols, visit
+from app.services import audit, enrolment, external_ids, plan, protocols, visit
 from app.services.accounts import Experimenter
+from app.services.external_ids import NobodysId
 from app.storage import participants, studies
 from app.storage.tables import ParticipantRow, ProtocolRow, StudyRow
 
@@ -246,13 +247,17 @@ def add_participants(
 
     Raises:
         NoSuchStudy: If there is none.
+        NobodysId: If the external id cannot be anybody's.
         KnownAlready: If somebody in the study has this external id.
         StudyClosed: If it takes nobody in.
         StudyFull: If there are not places enough; then nobody is enrolled.
         IdReused: If an id was used before.
     """
     study = find(db, study_id)
-    before = None if external_id is None else participants.by_external_id(db, study_id, external_id)
+    name = external_ids.read(external_id)
+    if external_id is not None and name is None:
+        raise NobodysId(external_id)
+    before = None if name is None else participants.by_external_id(db, study_id, name)
     if before is not None:
         raise IdReused if before.id in ids else KnownAlready
     made = []
@@ -264,7 +269,7 @@ def add_participants(
             token,
             participant_id=participant_id,
             origin=enrolment.EXPERIMENTER,
-            external_id=external_id,
+            external_id=name,
         )
         made.append((row, token))
     audit.note(db, who.id, "participants.add", study_id, count=len(ids))

@@ -23,13 +23,13 @@ class Browser:
     def __init__(self, office: TestClient, **address: Any) -> None:
         self.http = TestClient(office.app, **address)
 
-    def join(self, link: str, external_id: str | None = PID) -> Any:
+    def join(self, link: str, external_id: str | None = PID, **body: Any) -> Any:
         """Open a shared link and press the button."""
         assert self.http.get(f"/join/{link}").status_code == 200
-        return self.press(link, external_id)
+        return self.press(link, external_id, **body)
 
-    def press(self, link: str, external_id: str | None = PID) -> Any:
-        return self.http.post(f"/join/{link}", json={"external_id": external_id})
+    def press(self, link: str, external_id: str | None = PID, **body: Any) -> Any:
+        return self.http.post(f"/join/{link}", json={"external_id": external_id} | body)
 
     def step(self, own: str) -> str | None:
         """The step that a participant's own link leads to, if it is one."""
@@ -222,13 +222,92 @@ def test_of_two_who_come_at_once_with_one_id_one_gets_in(office: TestClient) -> 
     assert person_of(office, study_id)["external_id"] == PID
 
 
-def test_who_brings_no_id_is_somebody_new_each_time_and_no_browser_is_kept(
-    office: TestClient,
-) -> None:
-    link, study_id = shared_link(office)
+def test_who_brings_no_id_is_somebody_new_each_time(office: TestClient) -> None:
+    link, _ = shared_link(office)
     browser = Browser(office)
     links = {own_link(browser.join(link, None)) for _ in range(2)}
     assert {browser.step(own) for own in links} == {"consent"}
+
+
+@pytest.mark.parametrize("external_id", [None, PID])
+def test_a_press_whose_answer_was_lost_is_sent_again_and_enrols_once(
+    office: TestClient, external_id: str | None
+) -> None:
+    link, study_id = shared_link(office)
+    browser, press = Browser(office), str(uuid.uuid4())
+    lost, heard = (browser.join(link, external_id, id=press) for _ in range(2))
+    assert browser.step(own_link(lost)) is None
+    assert browser.step(own_link(heard)) == "consent"
+    assert person_of(office, study_id)["id"] == press
+
+
+def test_anothers_press_gives_away_no_place(office: TestClient) -> None:
+    link, study_id = shared_link(office)
+    browser, press = Browser(office), str(uuid.uuid4())
+    own = own_link(browser.join(link, None, id=press))
+    before = person_of(office, study_id)
+    stranger = Browser(office)
+    assert stranger.join(link, None, id=press).status_code == 409
+    assert person_of(office, study_id) == before
+    assert browser.step(own) == "consent"
+    elsewhere, _ = shared_link(office)
+    assert browser.join(elsewhere, None, id=press).status_code == 409
+
+
+NOBODY = [
+    "{{%PROLIFIC_PID%}}",
+    "%SURVEY_CODE%",
+    "undefined",
+    "ASSIGNMENT_ID_NOT_AVAILABLE",
+    " ",
+    "",
+]
+
+
+@pytest.mark.parametrize("given", NOBODY)
+def test_what_names_nobody_is_nobodys_place(office: TestClient, given: str) -> None:
+    link, study_id = shared_link(office)
+    for _ in range(2):
+        own_link(Browser(office).join(link, given))
     with database_of(office).read() as db:
         people = db.query(ParticipantRow).filter_by(study_id=study_id).all()
-        assert [person.browser_hash for person in people] == [None, None]
+        assert [person.external_id for person in people] == [None, None]
+
+
+@pytest.mark.parametrize("given", [*NOBODY, None])
+def test_where_an_id_is_required_who_has_none_reads_what_to_do(
+    office: TestClient, given: str | None
+) -> None:
+    link, study_id = shared_link(office, external_ids="required")
+    refused = Browser(office).join(link, given)
+    assert refused.status_code == 422
+    sentence = refused.json()["error"]["sentence"]
+    assert "does not say who you are" in sentence
+    assert "go back to where you found it" in sentence
+    with database_of(office).read() as db:
+        assert db.query(ParticipantRow).filter_by(study_id=study_id).count() == 0
+    own_link(Browser(office).join(link, "Anna B."))
+    assert person_of(office, study_id)["external_id"] == "Anna B."
+
+
+def test_where_no_ids_are_wanted_none_is_kept(office: TestClient) -> None:
+    link, study_id = shared_link(office, external_ids="none")
+    own_link(Browser(office).join(link))
+    assert person_of(office, study_id)["external_id"] is None
+
+
+def test_an_id_is_one_however_it_is_composed_and_spaced(office: TestClient) -> None:
+    link, study_id = shared_link(office)
+    browser = Browser(office)
+    for given in ("Zo\u00eb K", "Zoe\u0308 K", "  Zo\u00eb K "):
+        own_link(browser.join(link, given))
+    assert person_of(office, study_id)["external_id"] == "Zo\u00eb K"
+    assert Browser(office).join(link, "zo\u00eb K").status_code == 201  # another person
+
+
+def test_a_full_study_says_so_before_the_press(office: TestClient) -> None:
+    link, _ = shared_link(office, participants=2)
+    for _ in range(2):
+        assert Browser(office).http.get(f"/join/{link}/study").json()["is_open"]
+        own_link(Browser(office).join(link, None))
+    assert not Browser(office).http.get(f"/join/{link}/study").json()["is_open"]
