@@ -2,18 +2,20 @@
 
 import argparse
 import contextlib
+import difflib
 import logging
 import os
 import signal
 import socket
 import sys
-from collections.abc import Generator
-from typing import NoReturn
+from collections.abc import Generator, Iterable
+from typing import Any, NoReturn
 
 from pydantic import ValidationError
 
 from app.bots_command import add_bots, run_bots
 from app.check_command import add_check, run_check
+from app.errors import JoymapError
 from app.export_command import add_export, run_export
 from app.figures_command import add_figures, run_figures, run_study_page
 from app.power_command import add_power, run_power
@@ -51,21 +53,20 @@ def main(arguments: list[str] | None = None) -> int:
         for name in ("host", "port")
         if (value := getattr(chosen, name, None)) is not None
     }
-    try:
-        settings = Settings(**options)
-    except ValidationError as error:
-        first = error.errors()[0]
-        print(f"JOYMAP_{'_'.join(map(str, first['loc'])).upper()}: {first['msg']}", file=sys.stderr)
-        return 2
+    settings = _settings(options)
+    if not isinstance(settings, Settings):
+        return _refuse(settings)
     # One thread for every numeric library, before any of them is loaded: the cores are shared by
     # the control loop and the trainings, or by the workers of a simulation.
     for name in THREAD_COUNTS:
         os.environ.setdefault(name, "1")
-    if chosen.command == "serve":  # which has its own way to end
-        return _serve(chosen, settings)
     try:
+        if chosen.command == "serve":  # which has its own way to end
+            return _serve(chosen, settings)
         with _terminated_as_interrupted():
             return _COMMANDS[chosen.command](chosen, settings)
+    except (JoymapError, ModelsError) as error:
+        return _refuse([str(error)])
     except KeyboardInterrupt:
         print(f"joymap {chosen.command}: Stopped before it was done.", file=sys.stderr)
         return 130  # what a shell expects of a command that Ctrl-C ended
@@ -93,20 +94,25 @@ def _serve(_chosen: argparse.Namespace, settings: Settings) -> int:
     logging.getLogger("alembic").setLevel(logging.WARNING)
 
     from app.main import create_app
-    from app.schemas.protocol import NO_ALIGN
     from app.server import Server, print_links
+    from app.services.protocols import DEMO_SETTINGS, BadProtocol, demo_protocol
     from app.storage.database import DatabaseInUse, migrate
+    from models.panda_pack import open_pack
     from models.strategies import get_strategy
-    from models.tasks import get_task
 
-    name = "JOYMAP_TASK"
     try:
-        get_task(settings.task)
-        name = "JOYMAP_SAME_STRATEGY"
-        get_strategy(settings.same_strategy or NO_ALIGN)
+        demo_protocol(settings)
+    except BadProtocol as error:
+        return _refuse(
+            f"{_variable(DEMO_SETTINGS.get(fault.place, fault.place))}: {fault.says}."
+            for fault in error.faults
+        )
+    try:
+        if settings.same_strategy is not None:
+            get_strategy(settings.same_strategy)
     except ModelsError as error:
-        print(f"{name}: {error}", file=sys.stderr)
-        return 2
+        return _refuse([f"{_variable('same_strategy')}: {error}"])
+    open_pack(settings.pack_dir)
     try:
         listener = _listen(settings)
     except OSError as error:
@@ -121,10 +127,43 @@ def _serve(_chosen: argparse.Namespace, settings: Settings) -> int:
         migrate(settings.database_path)
         server = Server(create_app(settings), settings, on_ready=print_links)
         server.run(sockets=[listener])
-    except (DatabaseInUse, ModelsError) as error:
+    except DatabaseInUse as error:
         print(error, file=sys.stderr)
         return 1
     return 0 if server.started else 1
+
+
+def _refuse(sentences: Iterable[str]) -> int:
+    """Say what is wrong, a line each; the exit code of a command that did not begin."""
+    for sentence in sentences:
+        print(sentence, file=sys.stderr)
+    return 2
+
+
+def _variable(setting: str) -> str:
+    return f"JOYMAP_{setting.upper()}"
+
+
+def _settings(options: dict[str, Any]) -> Settings | list[str]:
+    """The settings, or what is wrong with them, a sentence each."""
+    try:
+        return _unknown_variables() or Settings(**options)
+    except ValidationError as error:
+        from app.services.protocol_faults import of_schema
+
+        return [f"{_variable(fault.place)}: {fault.says}." for fault in of_schema(error, {})]
+
+
+def _unknown_variables() -> list[str]:
+    """What is set in the environment and is no setting, with the one that was perhaps meant."""
+    known = [_variable(name) for name in Settings.model_fields]
+    given = [name for name in os.environ if name.upper().startswith("JOYMAP_")]
+    return [
+        f"{name}: there is no such setting" + (f"; did you mean {near[0]}?" if near else ".")
+        for name in sorted(given)
+        if name.upper() not in known
+        for near in [difflib.get_close_matches(name.upper(), known, n=1, cutoff=0.8)]
+    ]
 
 
 def _listen(settings: Settings) -> socket.socket:

@@ -32,6 +32,19 @@ class TooOften(JoymapError):
         self.wait_s = wait_s
 
 
+class Busy(JoymapError):
+    """A database that cannot be written to just now."""
+
+    status_code = 503
+    kind = "busy"
+    wait_s = 2
+
+    def __init__(self, is_full: bool) -> None:
+        """Say why, and that it passes."""
+        why = "has no room left to write to" if is_full else "is held by another program"
+        super().__init__(f"The database {why}; nothing was kept. Please try again in a moment.")
+
+
 class SecurityHeaders:
     """Puts the headers on every answer that has not chosen its own."""
 
@@ -52,6 +65,27 @@ class SecurityHeaders:
             await send(message)
 
         await self._app(scope, receive, send_with_headers if scope["type"] == "http" else send)
+
+
+class Heads:
+    """Answers HEAD as GET is answered, without the body."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        """Stand before ``app``."""
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass on as GET, and keep the body back."""
+        if scope["type"] != "http" or scope["method"] != "HEAD":
+            await self._app(scope, receive, send)
+            return
+
+        async def send_head(message: Message) -> None:
+            if message["type"] == "http.response.body":
+                message = {**message, "body": b""}
+            await send(message)
+
+        await self._app({**scope, "method": "GET"}, receive, send_head)
 
 
 class BodyLimit:
@@ -100,4 +134,4 @@ def refusal(error: JoymapError) -> JSONResponse:
 
 def refusal_headers(error: JoymapError) -> dict[str, str]:
     """What a refusal says besides: how long to wait, in seconds."""
-    return {"Retry-After": str(error.wait_s)} if isinstance(error, TooOften) else {}
+    return {"Retry-After": str(error.wait_s)} if isinstance(error, TooOften | Busy) else {}

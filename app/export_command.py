@@ -43,11 +43,10 @@ def run_export(chosen: argparse.Namespace, settings: Settings) -> int:
 
     from app.errors import JoymapError
     from app.services import exports
+    from app.storage import condition
     from app.storage.database import make_engine
 
-    if not settings.database_path.exists():
-        print(f"There is no database in {settings.data_dir}; set JOYMAP_DATA_DIR.", file=sys.stderr)
-        return 2
+    condition.require_newest(settings.database_path)
     engine = make_engine(settings.database_path)
     console = Console(stderr=True)
     bars = Progress(transient=True, console=console, disable=not console.is_terminal)

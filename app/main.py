@@ -18,7 +18,7 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.staticfiles import StaticFiles
 from starlette.exceptions import HTTPException
 
-from app.doors import BodyLimit, SecurityHeaders, refusal
+from app.doors import BodyLimit, Busy, Heads, SecurityHeaders, refusal
 from app.errors import JoymapError
 from app.jobs.figures import FigureDesk
 from app.jobs.supervisor import Supervisor
@@ -28,7 +28,7 @@ from app.services import drives, enrolment, protocols, queries
 from app.services.doorkeeping import Doorkeeper
 from app.services.steps import Steps
 from app.settings import STATIC_DIR, Settings
-from app.storage.database import Database
+from app.storage.database import Database, DatabaseTrouble
 from app.teleop.live_sessions import LiveSessions
 from app.teleop.replay import Replays
 from models.checkpoints import load_controller
@@ -100,9 +100,11 @@ def create_app(settings: Settings) -> FastAPI:
     app.mount("/static", StaticFiles(directory=STATIC_DIR))
     app.add_middleware(BodyLimit, limit_bytes=settings.max_body_bytes)
     app.add_middleware(SecurityHeaders)
+    app.add_middleware(Heads)
     # One handler serves requests and websockets, which the type of this method does not foresee.
     app.add_exception_handler(JoymapError, cast(Any, _refused))
     app.add_exception_handler(RequestValidationError, _not_understood)
+    app.add_exception_handler(DatabaseTrouble, cast(Any, _busy))
     app.add_exception_handler(HTTPException, cast(Any, _http_error))
     return app
 
@@ -132,6 +134,14 @@ async def _refused(connection: Any, error: Exception) -> Response | None:
         await connection.send_denial_response(refusal(error))
         return None
     return pages.refusal_page(connection, error) or refusal(error)
+
+
+async def _busy(connection: Any, error: Exception) -> Response | None:
+    said = str(getattr(error, "orig", error))
+    if "locked" not in said and "full" not in said:
+        raise error
+    _LOG.warning("the database could not be written to: %s", said)
+    return await _refused(connection, Busy(is_full="full" in said))
 
 
 def _not_understood(_request: Request, error: Exception) -> Response:

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Literal
 
-from pydantic import Field, PositiveFloat, PositiveInt
+from pydantic import Field, FiniteFloat, PositiveInt
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -31,11 +31,11 @@ class Settings(BaseSettings):
     task: str = Field(
         default="plane", description="The task that new participants label and drive."
     )
-    drive_limit_s: PositiveFloat | None = Field(
+    drive_limit_s: FiniteFloat | None = Field(
         default=None,
         description="A drive of a task that has an end is over after this long, in seconds.",
     )
-    drive_waits_s: PositiveFloat = Field(
+    drive_waits_s: FiniteFloat = Field(
         default=5.0,
         description="A drive whose page is gone waits so long for it to come back, in seconds.",
     )
@@ -54,16 +54,16 @@ class Settings(BaseSettings):
         default="random",
         description="Moves to label: drawn at random, or chosen so that few suffice.",
     )
-    enough_error: PositiveFloat = Field(
+    enough_error: FiniteFloat = Field(
         default=0.1,
         description="With designed queries, labels are enough once the expected error of a move, "
         "over its length, is below this.",
     )
-    practice_s: PositiveFloat = Field(
+    practice_s: FiniteFloat = Field(
         default=60.0, description="Time offered to practise, in seconds."
     )
-    teleop_rate_hz: PositiveFloat = Field(
-        default=60.0, description="Ticks of the control loop a second."
+    teleop_rate_hz: FiniteFloat = Field(
+        default=60.0, ge=1.0, le=1000.0, description="Ticks of the control loop a second."
     )
     speed: float = Field(
         default=1.0,
@@ -76,26 +76,38 @@ class Settings(BaseSettings):
         description="Everybody drives under this strategy, whatever theirs is called: a study that "
         "should find no difference (an A/A test).",
     )
-    silence_s: PositiveFloat = Field(
+    silence_s: FiniteFloat = Field(
         default=0.25,
+        gt=0.0,
+        le=10.0,
         description="A stick not heard of for this long lets the arm hold, in seconds.",
     )
-    record_chunk_s: PositiveFloat = Field(
-        default=0.5, description="Samples of a drive are stored at least this often, in seconds."
+    record_chunk_s: FiniteFloat = Field(
+        default=0.5,
+        gt=0.0,
+        le=60.0,
+        description="Samples of a drive are stored at least this often, in seconds.",
     )
-    session_idle_s: PositiveFloat = Field(
-        default=60.0, description="A scene nobody looks at is closed after this long, in seconds."
+    session_idle_s: FiniteFloat = Field(
+        default=60.0,
+        gt=0.0,
+        le=86_400.0,
+        description="A scene nobody looks at is closed after this long, in seconds.",
     )
-    training_workers: PositiveInt = Field(default=1, description="Processes that train alignments.")
+    training_workers: PositiveInt = Field(
+        default=1, le=64, description="Processes that train alignments."
+    )
     training_steps: PositiveInt | None = Field(
-        default=None, description="Steps of the optimiser; by default the learning core's own."
+        default=None,
+        le=10_000_000,
+        description="Steps of the optimiser; by default the learning core's own.",
     )
     unlabelled_states: PositiveInt = Field(default=1000, description="N of the paper's Step 4.")
     max_body_bytes: PositiveInt = Field(
-        default=1 << 20, description="Largest request body, in bytes."
+        default=1 << 20, le=1 << 30, description="Largest request body, in bytes."
     )
     max_message_bytes: PositiveInt = Field(
-        default=1 << 14, description="Largest websocket message from a page, in bytes."
+        default=1 << 14, le=1 << 30, description="Largest websocket message from a page, in bytes."
     )
 
     @property

@@ -207,7 +207,11 @@ TABLES: dict[str, Table] = {
             _integer("position", "the query's place in the order of asking, from 1"),
             _number("h_x", "1", "stick to the right, in [-1, 1]; empty: they could not say"),
             _number("h_y", "1", "stick up, in [-1, 1]; empty: they could not say"),
-            _number("thinking_time_s", "s", "from the question to the answer, by the page's clock"),
+            _number(
+                "thinking_time_s",
+                "s",
+                "from the question to the answer, by the page's clock; 86400: a day or longer",
+            ),
             _time("answered_at", "when, by the server's clock"),
             _boolean("counts", "whether it is the last one given for its query"),
         ),

@@ -33,6 +33,7 @@ from app.schemas.accounts import (
     TokenOut,
     TokensOut,
 )
+from app.schemas.experimenter import LARGEST
 from app.services import accounts, audit
 from app.services.accounts import WrongPassword
 from app.storage import access
@@ -125,7 +126,7 @@ def read_accounts(me: Owner, here: Here) -> AccountsOut:
         return AccountsOut(accounts=[_account_out(row) for row in access.accounts(db)])
 
 
-@router.post("/accounts/{account_id}")
+@router.post("/accounts/{account_id}", dependencies=[InPerson])
 def change_account(account_id: str, wanted: AccountChangeIn, me: Owner, here: Here) -> AccountOut:
     """Another role, or no access any more."""
     with here.database.write() as db:
@@ -134,7 +135,7 @@ def change_account(account_id: str, wanted: AccountChangeIn, me: Owner, here: He
         )
 
 
-@router.post("/invitations", status_code=201)
+@router.post("/invitations", status_code=201, dependencies=[InPerson])
 def invite(wanted: InvitationIn, me: Owner, here: Here) -> InvitationOut:
     """A link with which one more person makes an account."""
     with here.database.write() as db:
@@ -172,7 +173,7 @@ def revoke_token(token_id: str, me: Assistant, here: Here) -> None:
 def read_audit(
     me: Owner,
     here: Here,
-    before: Annotated[int | None, Query(ge=1)] = None,
+    before: Annotated[int | None, Query(ge=1, le=LARGEST)] = None,
     limit: Annotated[int, Query(ge=1, le=500)] = 100,
 ) -> AuditOut:
     """What experimenters did, newest first."""

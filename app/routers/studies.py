@@ -9,6 +9,7 @@ from app.routers.descriptions import CHANGED, KEPT, MISSING, REFUSED, name_of
 from app.routers.etags import unless_known
 from app.schemas.choices import ChoicesOut
 from app.schemas.experimenter import (
+    LARGEST,
     CheckedOut,
     LinkOut,
     NewParticipantOut,
@@ -121,7 +122,7 @@ def read_participants(
     request: Request,
     state: State | None = None,
     q: Annotated[str | None, Query(max_length=80)] = None,
-    after: Annotated[int, Query(ge=0)] = 0,
+    after: Annotated[int, Query(ge=0, le=LARGEST)] = 0,
     limit: Annotated[int, Query(ge=1, le=200)] = 50,
 ) -> Response:
     """A page of participants, in order of their numbers; unchanged, it is not sent again."""

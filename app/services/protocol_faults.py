@@ -152,6 +152,9 @@ _TYPES = {
     "int_from_float": "a whole number",
     "float_type": "a number",
     "finite_number": "a number",
+    "int_parsing": "a whole number",
+    "float_parsing": "a number",
+    "bool_parsing": "true or false",
     "bool_type": "true or false",
     "tuple_type": "a list, such as [a, b]",
     "list_type": "a list, such as [a, b]",
@@ -177,6 +180,8 @@ def _not(given: Any) -> str:
     if given is None:
         return " (there is nothing)"
     text = str(given).lower() if isinstance(given, bool) else str(given)
+    if isinstance(given, float):
+        text = f"{given:g}"
     if isinstance(given, str):
         text = f"'{text}'"
     return f" (not {text if len(text) <= _SHOWN else text[:_SHOWN] + '…'})"

@@ -153,8 +153,28 @@ def demo(db: Session, settings: Settings) -> StudyRow:
     return study
 
 
+# Which setting each part of it comes from.
+DEMO_SETTINGS = {
+    "tasks.0.task": "task",
+    "tasks.0.labels": "labels_wanted",
+    "tasks.0.questions": "queries",
+    "tasks.0.enough_error": "enough_error",
+    "tasks.0.unlabelled": "unlabelled_states",
+    "tasks.0.time_limit_s": "drive_limit_s",
+    "tasks.0.auto_grasp": "auto_grasp",
+    "tasks.0": "task",
+    "practice_s": "practice_s",
+    "arrows": "arrows",
+    "drive_waits_s": "drive_waits_s",
+}
+
+
 def demo_protocol(settings: Settings) -> Protocol:
-    """What is tried out: one task, driven freely under whatever strategy."""
+    """What is tried out: one task, driven freely under whatever strategy.
+
+    Raises:
+        BadProtocol: If a setting is outside of what a protocol may say.
+    """
     return parse(
         {
             "title": "Teach a robot arm how you steer",

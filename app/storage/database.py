@@ -13,11 +13,14 @@ from pathlib import Path
 from typing import IO, Any
 
 from alembic import command
-from alembic.config import Config
 from sqlalchemy import Engine, create_engine, event, text
+from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session
 
-from app.settings import MIGRATIONS_DIR
+from app.storage import condition
+
+# What SQLite says when another program holds the file, or there is no room to write to.
+DatabaseTrouble = OperationalError
 
 _PRAGMAS = (
     "PRAGMA journal_mode=WAL",
@@ -49,12 +52,18 @@ def make_engine(path: Path) -> Engine:
 
 
 def migrate(path: Path, revision: str = "head") -> None:
-    """Bring the file up to a schema, the newest by default, making it if need be."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    config = Config()
-    config.set_main_option("script_location", str(MIGRATIONS_DIR))
-    config.set_main_option("sqlalchemy.url", f"sqlite:///{path}")
-    command.upgrade(config, revision)
+    """Bring the file up to a schema, the newest by default, making it if need be.
+
+    What holds something already is copied aside first: there is no way back.
+
+    Raises:
+        UnusableDatabase: If there is something there that cannot be brought up, and what to do.
+    """
+    condition.require_folder(path.parent)
+    before = condition.revision_of(path)
+    if before is not None and before != condition.newest():
+        condition.copy_aside(path, before)
+    command.upgrade(condition.configuration(path), revision)
 
 
 class Database:

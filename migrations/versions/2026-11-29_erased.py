@@ -13,9 +13,7 @@ def upgrade() -> None:
     with op.batch_alter_table("participant", schema=None) as batch_op:
         batch_op.add_column(sa.Column("erased_at", sa.DateTime(), nullable=True))
     # Of whom everything was erased before, nothing is left to draw their questions by.
-    op.execute(
-        "UPDATE participant SET erased_at = ended_at WHERE state = 'withdrawn' AND seed = 0"
-    )
+    op.execute("UPDATE participant SET erased_at = ended_at WHERE state = 'withdrawn' AND seed = 0")
 
 
 def downgrade() -> None:
