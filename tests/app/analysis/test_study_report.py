@@ -5,8 +5,11 @@ import io
 import json
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from matplotlib.patches import Rectangle
 
@@ -75,6 +78,92 @@ def test_an_export_cut_short_is_refused(exported: Path) -> None:
     exported.write_bytes(content[: len(content) // 2])
     with pytest.raises(NotAnExport):
         read_export(exported)
+
+
+FORK = b"\0\5\x16\7" + b"\0" * 159  # what a Mac leaves beside a file
+
+
+def packed(path: Path, files: dict[str, bytes]) -> Path:
+    with zipfile.ZipFile(path, "w") as target:
+        for name, content in files.items():
+            target.writestr(name, content)
+    return path
+
+
+def members(exported: Path) -> dict[str, bytes]:
+    with zipfile.ZipFile(exported) as source:
+        return {name: source.read(name) for name in source.namelist()}
+
+
+def fork_of(name: str) -> str:
+    folder, _, file = name.rpartition("/")
+    return f"{folder}/._{file}" if folder else f"._{file}"
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda files: {f"study/{name}": content for name, content in files.items()},
+        lambda files: {f"a/b c/{name}": content for name, content in files.items()},
+        lambda files: {fork_of(name): FORK for name in files} | files,
+        lambda files: (
+            {f"s/{name}": content for name, content in files.items()}
+            | {f"__MACOSX/s/{fork_of(name)}": FORK for name in files}
+        ),
+        lambda files: files | {"protocol/version-1 copy.yaml": b"title: T", "notes.txt": b"x"},
+        lambda files: files | {".DS_Store": b"x", "data/.~lock.x_data.parquet#": b"x"},
+    ],
+)
+def test_an_export_that_was_packed_anew_is_read_as_it_was(
+    change: Any, exported: Path, tmp_path: Path
+) -> None:
+    changed = change(members(exported))
+    again = read_export(packed(tmp_path / "again.zip", changed))
+    assert again.tables == read_export(exported).tables
+    assert again.title == read_export(exported).title
+    folder = tmp_path / "folder"
+    for name, content in changed.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content)
+    assert read_export(folder).tables == again.tables
+
+
+def foreign(**columns: list[Any]) -> bytes:
+    file = io.BytesIO()
+    pq.write_table(pa.table(columns), file)
+    return file.getvalue()
+
+
+def without(files: dict[str, bytes], part: str) -> dict[str, bytes]:
+    return {name: content for name, content in files.items() if part not in name}
+
+
+def replaced(files: dict[str, bytes], part: str, content: bytes) -> dict[str, bytes]:
+    return {name: content if part in name else before for name, before in files.items()}
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda files: without(files, "protocol/version"), "it has no protocol"),
+        (lambda files: without(files, "-drives_data.parquet"), "it has no table 'drives'"),
+        (lambda files: replaced(files, "protocol/version", b"{: ["), "cannot be read"),
+        (lambda files: replaced(files, "protocol/version", b"- a"), "protocol with a title"),
+        (lambda files: replaced(files, "-drives_data.parquet", b"PAR1"), "make it again"),
+        (
+            lambda files: replaced(files, "_data.parquet", foreign(id=[1, 2])),
+            "it has no column 'participant' in its table 'participants'",
+        ),
+    ],
+)
+def test_what_is_not_a_whole_export_is_said_in_one_sentence(
+    change: Any, said: str, exported: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = packed(tmp_path / "other.zip", change(members(exported)))
+    assert main(["figures", str(path), "--out", str(tmp_path / "figures")]) == 2
+    heard = capsys.readouterr().err
+    assert said in heard
+    assert heard.count("\n") == 1
 
 
 def test_a_try_that_came_to_nothing_counts_with_the_time_there_was() -> None:
