@@ -14,7 +14,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from app.schemas.protocol import Protocol
-from app.schemas.yaml_reader import Place
+from app.schemas.yaml_reader import MAX_DEPTH, Place
 
 _SHOWN = 60  # characters of what somebody wrote
 
@@ -58,7 +58,9 @@ def of_words(content: Any, place: Place = ()) -> Iterator[tuple[Place, str]]:
     Yields:
         The place of each, and what is wrong with it.
     """
-    if isinstance(content, Mapping):
+    if len(place) > MAX_DEPTH:
+        yield place[:3], "this is nested too deeply"
+    elif isinstance(content, Mapping):
         for key, value in content.items():
             yield from of_words(value, (*place, key))
     elif isinstance(content, list | tuple):

@@ -54,13 +54,17 @@ def parse(content: Any, lines: Mapping[Place, int] = _NO_LINES) -> Protocol:
         says = "A protocol is a list of settings, such as 'title: My study'"
         raise BadProtocol([protocol_faults.at((), says, lines)])
     _refuse(of_words(content), lines)
-    try:
-        # Strict JSON takes an array for a tuple, and nothing else for what it is not.
-        protocol = Protocol.model_validate_json(json.dumps(content))
-    except ValidationError as error:
-        raise BadProtocol(protocol_faults.of_schema(error, lines)) from error
+    protocol = _read(content, lines)
     _refuse(protocol_rules.broken(protocol), lines)
     return protocol
+
+
+def _read(content: Any, lines: Mapping[Place, int]) -> Protocol:
+    try:
+        # Strict JSON takes an array for a tuple, and nothing else for what it is not.
+        return Protocol.model_validate_json(json.dumps(content))
+    except ValidationError as error:
+        raise BadProtocol(protocol_faults.of_schema(error, lines)) from error
 
 
 def _refuse(broken: Iterable[tuple[Place, str]], lines: Mapping[Place, int]) -> None:
@@ -107,8 +111,13 @@ def of_participant(db: Session, participant: ParticipantRow) -> tuple[Protocol, 
 
 
 def of_row(row: ProtocolRow) -> Protocol:
-    """The protocol that a version holds: checked when it was kept, by the rules of that day."""
-    return Protocol.model_validate_json(json.dumps(row.content))
+    """The protocol that a version holds: checked when it was kept, by the rules of that day.
+
+    Raises:
+        BadProtocol: If it cannot be read any more, as when a package that brought a strategy is
+            gone.
+    """
+    return _read(row.content, _NO_LINES)
 
 
 def keep(db: Session, study: StudyRow, protocol: Protocol) -> ProtocolRow:

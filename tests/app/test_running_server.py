@@ -109,8 +109,8 @@ def test_driving_moves_the_hand_and_every_tick_is_kept(driver: Participant, data
         chunks = [chunk for chunk in rows(data_dir, SampleChunkRow) if chunk.drive_id == drive_id]
     samples = np.concatenate([unpack(chunk.samples) for chunk in chunks])
     times = samples[:, 0]
-    assert (np.diff(times) > 0).all()
-    assert np.median(np.diff(times)) == pytest.approx(1 / 60, rel=0.05)
+    # However late the machine is, time is left out and never caught up with by a leap.
+    assert np.diff(times).min() > 1 / 60 - 0.004
     assert samples[:, COLUMNS.index("raw_y")].max() == 0.9
     assert sum(chunk.ticks for chunk in chunks) == len(samples)
 

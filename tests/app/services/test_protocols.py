@@ -121,6 +121,14 @@ def test_text_that_is_no_protocol_is_refused_with_its_line(text: str, said: str)
     assert said in refused.value.sentence
 
 
+def test_data_nested_beyond_all_sense_is_refused() -> None:
+    content: Any = "x"
+    for _ in range(900):
+        content = {"a": [content]}
+    with pytest.raises(BadProtocol, match="nested too deeply"):
+        protocols.parse(SMALL | {"tasks": content})
+
+
 def test_own_questionnaires_can_be_asked() -> None:
     content = SMALL | {"own_questionnaires": [OWN], "questionnaires": {"at_the_end": ["own"]}}
     protocol = protocols.parse(content)
