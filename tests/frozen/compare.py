@@ -4,6 +4,8 @@ import math
 from collections.abc import Collection
 from typing import Any
 
+import yaml
+
 # Sums of numbers in double precision may differ in the last digits from processor to processor.
 RELATIVE = 1e-9
 
@@ -17,6 +19,8 @@ def differences(old: Any, new: Any, ignored: Collection[str] = (), at: str = "")
         ignored: Keys whose values may be others; they must be there.
         at: The place of both.
     """
+    if at.endswith(".yaml") and isinstance(old, str) and isinstance(new, str):
+        old, new = yaml.safe_load(old), yaml.safe_load(new)  # the same, however it is written
     if isinstance(old, dict) and isinstance(new, dict):
         found = [f"{at}.{key} is missing" for key in old.keys() - new.keys()]
         for key in old.keys() & new.keys() - set(ignored):
